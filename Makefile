@@ -1,0 +1,55 @@
+# make         the command-line tool and the examples, in build/
+# make demo    renders the flare of a real lens to a PNG and says where it is (a C compiler and make are enough)
+# make test    everything that is checked; installs what it needs when run as root, else says what to install
+# make bench   speed, as ratios side by side in one run
+# make fuzz    thirty minutes of fuzzing (SECONDS=n for less); make coverage shows what it reached
+
+CC      ?= cc
+CFLAGS  ?= -O2
+WARN    := -Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Wshadow -Wdouble-promotion -Wstrict-prototypes
+ALL     := -std=c99 $(WARN) -I. $(CFLAGS)
+B       := build
+
+# PNG files written by others can be compared where libpng is there; nothing else needs a package.
+PNG     := $(shell printf '\043include <png.h>\n' | $(CC) -E - >/dev/null 2>&1 && echo yes)
+ifeq ($(PNG),yes)
+FLAREPNG := -DFLARE_HAVE_PNG
+LIBPNG   := -lpng
+endif
+
+EXAMPLES := $(B)/00_null $(B)/02_own_renderer
+TESTS    := $(patsubst tests/%.c,$(B)/%,$(wildcard tests/test_*.c))
+
+all: $(B)/flare $(EXAMPLES)
+
+$(B)/flare: examples/flare.c lensflare.h | $(B)
+	$(CC) $(ALL) $(FLAREPNG) $< -o $@ $(LIBPNG) -lm
+
+$(B)/%: examples/%.c lensflare.h | $(B)
+	$(CC) $(ALL) $< -o $@ -lm
+
+$(B)/test_%: tests/test_%.c lensflare.h $(wildcard tests/*.h) | $(B)
+	$(CC) $(ALL) $< -o $@ -lcmocka -lm
+
+$(B)/bench: tests/bench.c lensflare.h | $(B)
+	$(CC) $(ALL) $< -o $@ -lm
+
+$(B):
+	mkdir -p $@
+
+demo: $(B)/flare
+	$(B)/flare render lenses/nikon-80-200-mid.lens -o $(B)/demo.png --angle 9,6 --fnumber 5.6
+	@echo "The flare of a Nikon 80-200 mm zoom is in $(CURDIR)/$(B)/demo.png"
+
+test:
+	@tests/run
+
+tests: $(TESTS)
+
+bench: $(B)/bench
+	$(B)/bench
+
+clean:
+	rm -rf $(B)
+
+.PHONY: all demo test tests bench clean

@@ -1,0 +1,758 @@
+/* flare: the command-line tool. Shows the whole library at work: tables of a lens and its ghosts, pictures, coatings.
+   `flare --help` lists the commands. Read 00_null.c first for the shortest use of the library, 02_own_renderer.c for
+   drawing with code of your own. */
+
+#define LENSFLARE_IMPLEMENTATION
+#include "lensflare.h"
+
+#include <errno.h>
+#ifdef FLARE_HAVE_PNG
+#include <png.h>
+#endif
+
+#define DEGREE (3.14159265358979323846 / 180)
+
+static const char help[] =
+    "flare " "0.1.0" ": lens flares from the prescriptions of real lenses\n"
+    "\n"
+    "  flare info    LENS [--json]\n"
+    "      name, patent, surfaces, stop, focal length, back focal distance, f-number, ghosts, sensor, and what was derived\n"
+    "  flare ghosts  LENS [--angle AX,AY] [--fnumber N] [--csv]\n"
+    "      every ghost: surface pair, matrix elements, images of iris and pupil on the sensor (mm), what clips it, its colour\n"
+    "  flare render  LENS -o OUT.png|OUT.pfm [--size WxH] [--angle AX,AY] [--fov DEG] [--fnumber N] [--blades N]\n"
+    "                [--rotation DEG] [--curvature 0..1] [--radius MRAD] [--model paraxial] [--backend software]\n"
+    "                [--ghosts-only] [--exposure EV]\n"
+    "      the flare of one light. PNG is tone-mapped; PFM holds linear multiples of the light's irradiance\n"
+    "  flare compare A B [--json]\n"
+    "      PSNR, SSIM and largest error of picture B against picture A (PFM, or PNG where built with libpng)\n"
+    "  flare coating N1 N2 [--lambda0 NM | --layers n:nm,...] [--angle DEG] [--csv]\n"
+    "      reflectance of a surface from 380 to 780 nm\n"
+    "\n"
+    "AX,AY: the light's angle right and up of the axis, degrees. Without --fov the frame is as wide as the lens's sensor;\n"
+    "with it (degrees, vertical) the frame is that camera's. --radius: the lamp's angular radius (the sun: 4.65).\n"
+    "Exit status: 0 done, 2 wrong use, unreadable input or failed output.\n";
+
+/* ---- complaints ---- */
+
+static void complain(const char *format, ...)
+{
+    va_list list;
+    fputs("flare: ", stderr);
+    va_start(list, format);
+    vfprintf(stderr, format, list);
+    va_end(list);
+    fputc('\n', stderr);
+    exit(2);
+}
+
+static void *allocate(size_t count, size_t size)
+{
+    void *block = calloc(count > 0 ? count : 1, size);
+    if (block == NULL) complain("out of memory");
+    return block;
+}
+
+/* Standard output may be a full disk. */
+static int finish(void)
+{
+    if (fflush(stdout) != 0 || ferror(stdout)) complain("the output cannot be written: %s", strerror(errno));
+    return 0;
+}
+
+/* ---- command line ---- */
+
+typedef struct options {
+    const char *operands[2];
+    int operand_count;
+    const char *out, *layers;
+    int json, csv, ghosts_only;
+    int width, height, blades;
+    double ax, ay, fov, fnumber, rotation, curvature, radius, exposure, lambda0, angle;
+} options;
+
+static double number(const char *option, const char *text, double lo, double hi)
+{
+    double value;
+    if (!lflare_number_read(text, strlen(text), &value) || !(value >= lo && value <= hi))
+        complain("%s: a number from %g to %g was expected, not '%s'", option, lo, hi, text);
+    return value;
+}
+
+/* Two numbers joined by `separator`. */
+static void two_numbers(const char *option, const char *text, char separator, double lo, double hi, double *a, double *b)
+{
+    const char *at = strchr(text, separator);
+    char first[64];
+    if (at == NULL || (size_t)(at - text) >= sizeof first) complain("%s: two numbers joined by '%c' were expected, not '%s'", option, separator, text);
+    memcpy(first, text, (size_t)(at - text));
+    first[at - text] = 0;
+    *a = number(option, first, lo, hi);
+    *b = number(option, at + 1, lo, hi);
+}
+
+static void only_choice(const char *option, const char *text, const char *choice)
+{
+    if (strcmp(text, choice) != 0) complain("%s: this version has '%s' only, not '%s'", option, choice, text);
+}
+
+/* `allowed`: the command's options, each with blanks around it. */
+static options parse(int argc, char **argv, const char *allowed, int operands)
+{
+    options o;
+    int i;
+    memset(&o, 0, sizeof o);
+    o.width = 1280;
+    o.height = 720;
+    o.blades = -1;
+    for (i = 2; i < argc; i++) {
+        const char *name = argv[i], *value;
+        char key[64];
+        if (name[0] != '-' || name[1] == 0 || (name[1] >= '0' && name[1] <= '9')) {
+            if (o.operand_count == operands) complain("'%s' is one argument too many for 'flare %s'", name, argv[1]);
+            o.operands[o.operand_count++] = name;
+            continue;
+        }
+        if (strlen(name) > 40) complain("unknown option '%s'", name);
+        sprintf(key, " %s ", name);
+        if (strstr(allowed, key) == NULL) complain("unknown option '%s' for 'flare %s'; see flare --help", name, argv[1]);
+        if (strcmp(name, "--json") == 0) { o.json = 1; continue; }
+        if (strcmp(name, "--csv") == 0) { o.csv = 1; continue; }
+        if (strcmp(name, "--ghosts-only") == 0) { o.ghosts_only = 1; continue; }
+        if (++i == argc) complain("%s: a value is missing", name);
+        value = argv[i];
+        if (strcmp(name, "-o") == 0) o.out = value;
+        else if (strcmp(name, "--layers") == 0) o.layers = value;
+        else if (strcmp(name, "--model") == 0) only_choice(name, value, "paraxial");
+        else if (strcmp(name, "--backend") == 0) only_choice(name, value, "software");
+        else if (strcmp(name, "--fov") == 0) o.fov = number(name, value, 0.01, 175);
+        else if (strcmp(name, "--fnumber") == 0) o.fnumber = number(name, value, 0.1, 1000);
+        else if (strcmp(name, "--rotation") == 0) o.rotation = number(name, value, -3600, 3600);
+        else if (strcmp(name, "--curvature") == 0) o.curvature = number(name, value, 0, 1);
+        else if (strcmp(name, "--radius") == 0) o.radius = number(name, value, 0, 1000);
+        else if (strcmp(name, "--exposure") == 0) o.exposure = number(name, value, -60, 60);
+        else if (strcmp(name, "--lambda0") == 0) o.lambda0 = number(name, value, 100, 20000);
+        else if (strcmp(name, "--blades") == 0) {
+            double blades = number(name, value, 0, LFLARE_MAX_BLADES);
+            if (blades != floor(blades) || blades == 1 || blades == 2) complain("--blades: 0 for a round iris or 3 to %d, not '%s'", LFLARE_MAX_BLADES, value);
+            o.blades = (int)blades;
+        } else if (strcmp(name, "--size") == 0) {
+            double w, h;
+            two_numbers(name, value, 'x', 1, 32768, &w, &h);
+            if (w != floor(w) || h != floor(h)) complain("--size: whole numbers of pixels were expected, not '%s'", value);
+            o.width = (int)w;
+            o.height = (int)h;
+        } else if (strcmp(argv[1], "coating") == 0) {
+            o.angle = number(name, value, 0, 89.99);
+        } else { /* --angle */
+            two_numbers(name, value, ',', -89, 89, &o.ax, &o.ay);
+        }
+    }
+    if (o.operand_count < operands) complain("'flare %s' needs %s; see flare --help", argv[1], operands == 1 ? "a lens file" : "two arguments");
+    return o;
+}
+
+/* ---- lenses ---- */
+
+static void read_lens(const char *path, lflare_lens *lens)
+{
+    static lflare_prescription prescription;
+    lflare_error error;
+    char *text;
+    size_t size;
+    lflare_result result = lflare_file_read(path, NULL, NULL, &text, &size, &error);
+    if (result != LFLARE_OK) complain("%s: %s", path, errno != 0 ? strerror(errno) : error.text);
+    result = lflare_text_read(text, size, &prescription, &error);
+    if (result == LFLARE_OK) result = lflare_lens_derive(&prescription, lens, &error);
+    free(text);
+    if (result != LFLARE_OK) {
+        int line = error.line > 0 ? error.line : 1, column = error.column > 0 ? error.column : 1;
+        fprintf(stderr, "%s:%d:%d: %s\n", path, line, column, error.text);
+        exit(2);
+    }
+}
+
+static void print_json_string(const char *text)
+{
+    putchar('"');
+    for (; *text != 0; text++) {
+        if (*text == '"' || *text == '\\') putchar('\\');
+        putchar(*text);
+    }
+    putchar('"');
+}
+
+static void print_number(double v)
+{
+    char text[32];
+    int n = (int)lflare_number_write(v, text);
+    if (v - v != 0) printf("null");
+    else printf("%.*s", n, text);
+}
+
+static int command_info(int argc, char **argv)
+{
+    static lflare_lens lens;
+    options o = parse(argc, argv, " --json ", 1);
+    const lflare_prescription *p = &lens.prescription;
+    char note[160];
+    int i;
+    read_lens(o.operands[0], &lens);
+    if (o.json) {
+        printf("{\"name\": ");
+        print_json_string(p->name);
+        printf(", \"patent\": ");
+        print_json_string(p->patent);
+        printf(", \"surfaces\": %d, \"stop\": %d, \"efl_mm\": ", (int)lens.surface_count, (int)lens.stop + 1);
+        print_number(lens.efl);
+        printf(", \"bfd_mm\": ");
+        print_number(lens.bfd);
+        printf(", \"fnumber\": ");
+        print_number(lens.fnumber);
+        printf(", \"ghosts\": %d, \"sensor_mm\": [", (int)lens.ghost_count);
+        print_number(lens.sensor_width);
+        printf(", ");
+        print_number(lens.sensor_height);
+        printf("], \"notes\": [");
+        for (i = 0; i < lens.note_count; i++) {
+            printf(i > 0 ? ", " : "");
+            print_json_string(lflare_note_text(&lens.notes[i], note, sizeof note));
+        }
+        printf("]}\n");
+        return finish();
+    }
+    printf("name      %s\npatent    %s\n", p->name[0] ? p->name : "-", p->patent[0] ? p->patent : "-");
+    if (p->source[0]) printf("source    %s\n", p->source);
+    printf("surfaces  %d, the stop counted\nstop      %d\n", (int)lens.surface_count, (int)lens.stop + 1);
+    printf("efl_mm    %.4f\nbfd_mm    %.4f\nfnumber   %.3g\nghosts    %d\nsensor_mm %g x %g\n", lens.efl, lens.bfd, lens.fnumber, (int)lens.ghost_count,
+           lens.sensor_width, lens.sensor_height);
+    for (i = 0; i < lens.note_count; i++) printf("note      %s\n", lflare_note_text(&lens.notes[i], note, sizeof note));
+    return finish();
+}
+
+/* One ghost's row: positions in sensor millimetres with their sign, colour in multiples of E. */
+typedef struct ghost_row {
+    lflare_ghost_matrices m;
+    double iris[3], pupil[3], rgb[3];
+    const char *clip;
+} ghost_row;
+
+static ghost_row ghost_row_make(const lflare_lens *lens, lflare_pair pair, const lflare_iris *iris, const double u[2])
+{
+    static const char *const clips[] = {"iris", "pupil", "both", "rim", "hidden"};
+    static const double nm[4] = {650, 510, 475, 587.5618};
+    double slope = hypot(u[0], u[1]);
+    ghost_row row;
+    lflare_region region;
+    lflare_clip clip = lflare_ghost_clip(lens, nm[3], pair, (double)iris->radius, slope, &region);
+    int k;
+    lflare_ghost_optics(lens, nm[3], &pair, 1, &row.m);
+    row.clip = clips[clip];
+    for (k = 0; k < 2; k++) {
+        row.iris[k] = (row.m.m.b - row.m.m.a * row.m.ma.b / row.m.ma.a) * u[k];
+        row.pupil[k] = row.m.m.b * u[k];
+    }
+    row.iris[2] = fabs(row.m.m.a / row.m.ma.a) * (double)iris->radius;
+    row.pupil[2] = fabs(row.m.m.a) * lens->prescription.surfaces[0].semi_diameter;
+    for (k = 0; k < 3; k++) {
+        lflare_ghost_matrices m;
+        lflare_ghost_optics(lens, nm[k], &pair, 1, &m);
+        row.rgb[k] = clip == LFLARE_CLIP_HIDDEN ? 0 : lflare_ghost_weight(lens, nm[k], pair, region.centroid, slope) / (m.m.a * m.m.a * sqrt(1 + slope * slope));
+    }
+    return row;
+}
+
+static int command_ghosts(int argc, char **argv)
+{
+    static lflare_lens lens;
+    options o = parse(argc, argv, " --angle --fnumber --csv ", 1);
+    double u[2], effective = 0;
+    lflare_iris iris;
+    lflare_pair *pairs;
+    int32_t count, g;
+    read_lens(o.operands[0], &lens);
+    u[0] = -tan(o.ax * DEGREE);
+    u[1] = -tan(o.ay * DEGREE);
+    lflare_iris_make(&lens, o.fnumber, 0, 0, 0, &iris, &effective);
+    count = lens.ghost_count;
+    pairs = (lflare_pair *)allocate((size_t)count, sizeof *pairs);
+    lflare_ghost_list(&lens, pairs, &count);
+    if (o.csv) {
+        printf("first,second,Ma11,Ma12,M11,M12,iris_x,iris_y,iris_r,pupil_x,pupil_y,pupil_r,clip,r,g,b\n");
+    } else {
+        printf("%s, f/%.3g, light at %g,%g degrees: %d ghosts; mm on the sensor; colour in multiples of E\n", lens.prescription.name, effective, o.ax, o.ay,
+               (int)count);
+        printf("first second     Ma11      Ma12       M11       M12    iris_x    iris_y    iris_r   pupil_x   pupil_y   pupil_r clip          r         g         b\n");
+    }
+    for (g = 0; g < count; g++) {
+        ghost_row r = ghost_row_make(&lens, pairs[g], &iris, u);
+        double v[10];
+        int k;
+        v[0] = r.m.ma.a; v[1] = r.m.ma.b; v[2] = r.m.m.a; v[3] = r.m.m.b;
+        for (k = 0; k < 3; k++) { v[4 + k] = r.iris[k]; v[7 + k] = r.pupil[k]; }
+        if (o.csv) {
+            printf("%d,%d", (int)pairs[g].first + 1, (int)pairs[g].second + 1);
+            for (k = 0; k < 10; k++) { putchar(','); print_number(v[k] + 0.0); }
+            printf(",%s", r.clip);
+            for (k = 0; k < 3; k++) { putchar(','); print_number(r.rgb[k]); }
+            putchar('\n');
+        } else {
+            printf("%5d %6d", (int)pairs[g].first + 1, (int)pairs[g].second + 1);
+            for (k = 0; k < 10; k++) printf(" %9.4g", v[k] + 0.0);
+            printf(" %-6s %9.3g %9.3g %9.3g\n", r.clip, r.rgb[0], r.rgb[1], r.rgb[2]);
+        }
+    }
+    free(pairs);
+    return finish();
+}
+
+/* ---- pictures ---- */
+
+typedef struct picture {
+    int width, height;
+    float *rgb; /* rows from the top */
+} picture;
+
+/* Written beside the target and renamed, so that no half-written file is left under its name. */
+typedef struct output {
+    FILE *file;
+    const char *path;
+    char part[4096];
+} output;
+
+static output output_open(const char *path)
+{
+    output o;
+    if (strlen(path) + 6 > sizeof o.part) complain("%s: the path is too long", path);
+    sprintf(o.part, "%s.part", path);
+    o.path = path;
+    o.file = fopen(o.part, "wb");
+    if (o.file == NULL) complain("%s: cannot be written: %s", path, strerror(errno));
+    return o;
+}
+
+static void output_close(output *o)
+{
+    int bad = ferror(o->file);
+    if (fclose(o->file) != 0 || bad || rename(o->part, o->path) != 0) {
+        int why = errno;
+        remove(o->part);
+        complain("%s: cannot be written: %s", o->path, strerror(why));
+    }
+}
+
+static void write_pfm(const char *path, const picture *p)
+{
+    static const uint16_t one = 1;
+    output o = output_open(path);
+    int y;
+    fprintf(o.file, "PF\n%d %d\n%s\n", p->width, p->height, *(const uint8_t *)&one ? "-1.0" : "1.0");
+    for (y = p->height - 1; y >= 0; y--) fwrite(p->rgb + (size_t)3 * (size_t)p->width * (size_t)y, sizeof(float) * 3, (size_t)p->width, o.file);
+    output_close(&o);
+}
+
+static uint32_t crc_of(uint32_t crc, const uint8_t *bytes, size_t n)
+{
+    size_t i;
+    int k;
+    crc = ~crc;
+    for (i = 0; i < n; i++)
+        for (crc ^= bytes[i], k = 0; k < 8; k++) crc = crc & 1 ? 0xedb88320u ^ crc >> 1 : crc >> 1;
+    return ~crc;
+}
+
+static void put_be32(uint8_t *at, uint32_t v)
+{
+    at[0] = (uint8_t)(v >> 24);
+    at[1] = (uint8_t)(v >> 16);
+    at[2] = (uint8_t)(v >> 8);
+    at[3] = (uint8_t)v;
+}
+
+static void write_chunk(FILE *file, const char *type, const uint8_t *data, uint32_t size)
+{
+    uint8_t head[8], tail[4];
+    uint32_t crc;
+    put_be32(head, size);
+    memcpy(head + 4, type, 4);
+    crc = crc_of(crc_of(0, head + 4, 4), data, size);
+    put_be32(tail, crc);
+    fwrite(head, 1, 8, file);
+    fwrite(data, 1, size, file);
+    fwrite(tail, 1, 4, file);
+}
+
+/* PNG with stored (uncompressed) blocks, a row each: RFC 1950, 1951; W3C PNG section 11. */
+static void write_png(const char *path, int width, int height, const uint8_t *rgb)
+{
+    static const uint8_t signature[8] = {137, 'P', 'N', 'G', 13, 10, 26, 10};
+    uint8_t header[13] = {0}, *row;
+    size_t bytes = (size_t)width * 3 + 1;
+    uint32_t a = 1, b = 0;
+    output o;
+    int y;
+    if (bytes > 65535) complain("%s: PNG is limited to 21844 pixels a row here; write a .pfm", path);
+    o = output_open(path);
+    row = (uint8_t *)allocate(bytes + 16, 1);
+    fwrite(signature, 1, 8, o.file);
+    put_be32(header, (uint32_t)width);
+    put_be32(header + 4, (uint32_t)height);
+    header[8] = 8; /* bits */
+    header[9] = 2; /* RGB */
+    write_chunk(o.file, "IHDR", header, 13);
+    for (y = 0; y < height; y++) {
+        size_t i, n = 0;
+        if (y == 0) { row[n++] = 0x78; row[n++] = 0x01; }
+        row[n++] = y == height - 1;
+        row[n++] = (uint8_t)bytes;
+        row[n++] = (uint8_t)(bytes >> 8);
+        row[n++] = (uint8_t)~bytes;
+        row[n++] = (uint8_t)(~bytes >> 8);
+        row[n] = 0; /* no filter */
+        memcpy(row + n + 1, rgb + (size_t)y * (bytes - 1), bytes - 1);
+        for (i = 0; i < bytes; i++) {
+            a = (a + row[n + i]) % 65521;
+            b = (b + a) % 65521;
+        }
+        n += bytes;
+        if (y == height - 1) { put_be32(row + n, b << 16 | a); n += 4; }
+        write_chunk(o.file, "IDAT", row, (uint32_t)n);
+    }
+    write_chunk(o.file, "IEND", row, 0);
+    free(row);
+    output_close(&o);
+}
+
+static int ends_with(const char *text, const char *end)
+{
+    size_t n = strlen(text), m = strlen(end);
+    return n >= m && strcmp(text + n - m, end) == 0;
+}
+
+static int command_render(int argc, char **argv)
+{
+    static lflare_lens lens;
+    options o = parse(argc, argv,
+                      " -o --size --angle --fov --fnumber --blades --rotation --curvature --radius --model --backend --ghosts-only --exposure ", 1);
+    lflare_desc desc = {0};
+    lflare_view view = {0};
+    lflare_light light = {0};
+    lflare_image image = {0};
+    lflare_error error;
+    lflare *flare;
+    size_t pixels = (size_t)o.width * (size_t)o.height, i;
+    int png, k;
+    if (o.out == NULL) complain("flare render: say where the picture goes, with -o OUT.png or -o OUT.pfm");
+    png = ends_with(o.out, ".png");
+    if (!png && !ends_with(o.out, ".pfm")) complain("%s: a name ending in .png or .pfm was expected", o.out);
+    read_lens(o.operands[0], &lens);
+    desc.prescription = &lens.prescription;
+    desc.settings.fnumber = o.fnumber;
+    desc.settings.blades = o.blades >= 0 ? o.blades : o.ghosts_only ? 0 : 6;
+    desc.settings.blade_rotation = (float)(o.rotation * DEGREE);
+    desc.settings.blade_curvature = (float)o.curvature;
+    desc.settings.raw = !png;
+    desc.settings.exposure_ev = png ? (float)o.exposure : 0;
+    if (lflare_create(&desc, &flare, &error) != LFLARE_OK) complain("%s: %s", o.operands[0], error.text);
+    view.width = o.width;
+    view.height = o.height;
+    view.fov_y = (float)(o.fov * DEGREE);
+    view.fit = o.fov > 0 ? LFLARE_FIT_PHYSICAL : LFLARE_FIT_WIDTH;
+    light.direction[0] = (float)tan(o.ax * DEGREE);
+    light.direction[1] = (float)tan(o.ay * DEGREE);
+    light.direction[2] = -1;
+    for (k = 0; k < 3; k++) light.color[k] = 1;
+    light.angular_radius = (float)(o.radius * 1e-3);
+    image.width = o.width;
+    image.height = o.height;
+    image.pixels = (float *)allocate(pixels, 4 * sizeof(float));
+    if (lflare_frame(flare, &view, &light, 1) != LFLARE_OK || lflare_render(flare, &image) != LFLARE_OK) complain("%s: the frame cannot be drawn", o.operands[0]);
+    if (png) {
+        uint8_t *bytes = (uint8_t *)allocate(pixels, 3);
+        for (i = 0; i < 4 * pixels; i++) image.pixels[i] = 1 - expf(-image.pixels[i]); /* rolls highlights off */
+        lflare_to_rgb8(image.pixels, pixels, 1, 1, bytes);
+        write_png(o.out, o.width, o.height, bytes);
+        free(bytes);
+    } else {
+        picture p;
+        p.width = o.width;
+        p.height = o.height;
+        p.rgb = (float *)allocate(pixels, 3 * sizeof(float));
+        for (i = 0; i < pixels; i++) memcpy(p.rgb + 3 * i, image.pixels + 4 * i, 3 * sizeof(float));
+        write_pfm(o.out, &p);
+        free(p.rgb);
+    }
+    free(image.pixels);
+    lflare_destroy(flare);
+    return 0;
+}
+
+/* ---- compare ---- */
+
+static picture read_pfm(const char *path, FILE *file)
+{
+    picture p;
+    float scale = 0;
+    char kind = 0;
+    static const uint16_t one = 1;
+    int y, little = *(const uint8_t *)&one == 1;
+    size_t channels, i, count;
+    if (fscanf(file, "P%c %d %d %f", &kind, &p.width, &p.height, &scale) != 4 || (kind != 'F' && kind != 'f') || scale == 0 || fgetc(file) == EOF)
+        complain("%s: not a PFM picture", path);
+    if (p.width < 1 || p.height < 1 || p.width > 65536 || p.height > 65536) complain("%s: %d x %d pixels", path, p.width, p.height);
+    channels = kind == 'F' ? 3 : 1;
+    count = (size_t)p.width * (size_t)p.height;
+    p.rgb = (float *)allocate(count, 3 * sizeof(float));
+    for (y = p.height - 1; y >= 0; y--) {
+        float *row = p.rgb + (size_t)y * (size_t)p.width * 3;
+        if (fread(row, sizeof(float) * channels, (size_t)p.width, file) != (size_t)p.width) complain("%s: the file ends before the picture does", path);
+        for (i = (size_t)p.width; channels == 1 && i-- > 0;) row[3 * i] = row[3 * i + 1] = row[3 * i + 2] = row[i];
+    }
+    for (i = 0; (scale < 0) != little && i < 3 * count; i++) {
+        uint8_t b[4], r[4];
+        memcpy(b, &p.rgb[i], 4);
+        r[0] = b[3]; r[1] = b[2]; r[2] = b[1]; r[3] = b[0];
+        memcpy(&p.rgb[i], r, 4);
+    }
+    for (i = 0; i < 3 * count; i++)
+        if (p.rgb[i] - p.rgb[i] != 0) complain("%s: a pixel is not a finite number", path);
+    return p;
+}
+
+static picture read_png(const char *path, FILE *file)
+{
+#ifdef FLARE_HAVE_PNG
+    picture p;
+    png_image image;
+    uint8_t *bytes;
+    size_t i, count;
+    memset(&image, 0, sizeof image);
+    image.version = PNG_IMAGE_VERSION;
+    if (!png_image_begin_read_from_stdio(&image, file)) complain("%s: %s", path, image.message);
+    image.format = PNG_FORMAT_RGB;
+    p.width = (int)image.width;
+    p.height = (int)image.height;
+    count = 3 * (size_t)p.width * (size_t)p.height;
+    bytes = (uint8_t *)allocate(count, 1);
+    p.rgb = (float *)allocate(count, sizeof(float));
+    if (!png_image_finish_read(&image, NULL, bytes, 0, NULL)) complain("%s: %s", path, image.message);
+    for (i = 0; i < count; i++) {
+        float v = (float)bytes[i] / 255;
+        p.rgb[i] = v <= 0.04045f ? v / 12.92f : powf((v + 0.055f) / 1.055f, 2.4f);
+    }
+    free(bytes);
+    return p;
+#else
+    (void)file;
+    complain("%s: this flare was built without libpng; compare .pfm pictures, or install libpng-dev and run make again", path);
+    exit(2);
+#endif
+}
+
+static picture read_picture(const char *path)
+{
+    FILE *file = fopen(path, "rb");
+    picture p;
+    if (file == NULL) complain("%s: %s", path, strerror(errno));
+    p = ends_with(path, ".png") ? read_png(path, file) : read_pfm(path, file);
+    fclose(file);
+    return p;
+}
+
+static int by_value(const void *a, const void *b)
+{
+    float x = *(const float *)a, y = *(const float *)b;
+    return (x > y) - (x < y);
+}
+
+static float brightest(const float *rgb) { return fmaxf(rgb[0], fmaxf(rgb[1], rgb[2])); }
+
+/* 99.8th percentile of the lit pixels of A (lit: above zero). */
+static float white_of(const picture *a)
+{
+    size_t count = (size_t)a->width * (size_t)a->height, i, n = 0;
+    float *lit = (float *)allocate(count, sizeof(float)), white = 1;
+    for (i = 0; i < count; i++)
+        if (brightest(a->rgb + 3 * i) > 0) lit[n++] = brightest(a->rgb + 3 * i);
+    if (n > 0) {
+        qsort(lit, n, sizeof(float), by_value);
+        white = lit[(size_t)((double)(n - 1) * 0.998)];
+    }
+    free(lit);
+    return white;
+}
+
+static float tone(float v, float white) { return powf(fminf(fmaxf(v / white, 0), 1), 1 / 2.2f); }
+
+/* Blurs with the usual 11-tap Gaussian of sigma 1.5, edges repeated. */
+static void blur(float *image, float *scratch, int width, int height)
+{
+    float tap[11], sum = 0;
+    int i, x, y, pass;
+    for (i = 0; i < 11; i++) sum += tap[i] = expf(-(float)((i - 5) * (i - 5)) / 4.5f);
+    for (pass = 0; pass < 2; pass++) {
+        const float *from = pass ? scratch : image;
+        float *to = pass ? image : scratch;
+        for (y = 0; y < height; y++)
+            for (x = 0; x < width; x++) {
+                float v = 0;
+                for (i = -5; i <= 5; i++) {
+                    int sx = pass ? x : x + i, sy = pass ? y + i : y;
+                    sx = sx < 0 ? 0 : sx >= width ? width - 1 : sx;
+                    sy = sy < 0 ? 0 : sy >= height ? height - 1 : sy;
+                    v += tap[i + 5] * from[(size_t)sy * (size_t)width + (size_t)sx];
+                }
+                to[(size_t)y * (size_t)width + (size_t)x] = v / sum;
+            }
+    }
+}
+
+/* Mean structural similarity of the tone-mapped luminance (Wang et al. 2004). */
+static double ssim_of(const picture *a, const picture *b, float white)
+{
+    size_t count = (size_t)a->width * (size_t)a->height, i;
+    float *plane = (float *)allocate(count * 6, sizeof(float)), *m[5], *scratch = plane + 5 * count;
+    double sum = 0;
+    int k;
+    for (k = 0; k < 5; k++) m[k] = plane + (size_t)k * count;
+    for (i = 0; i < count; i++) {
+        const float *p = a->rgb + 3 * i, *q = b->rgb + 3 * i;
+        float x = 0.2126f * tone(p[0], white) + 0.7152f * tone(p[1], white) + 0.0722f * tone(p[2], white);
+        float y = 0.2126f * tone(q[0], white) + 0.7152f * tone(q[1], white) + 0.0722f * tone(q[2], white);
+        m[0][i] = x; m[1][i] = y; m[2][i] = x * x; m[3][i] = y * y; m[4][i] = x * y;
+    }
+    for (k = 0; k < 5; k++) blur(m[k], scratch, a->width, a->height);
+    for (i = 0; i < count; i++) {
+        double x = (double)m[0][i], y = (double)m[1][i], c1 = 1e-4, c2 = 9e-4;
+        double vx = (double)m[2][i] - x * x, vy = (double)m[3][i] - y * y, cov = (double)m[4][i] - x * y;
+        sum += (2 * x * y + c1) * (2 * cov + c2) / ((x * x + y * y + c1) * (vx + vy + c2));
+    }
+    free(plane);
+    return sum / (double)count;
+}
+
+static int command_compare(int argc, char **argv)
+{
+    options o = parse(argc, argv, " --json ", 2);
+    picture a = read_picture(o.operands[0]), b = read_picture(o.operands[1]);
+    size_t count = (size_t)a.width * (size_t)a.height, i, lit = 0;
+    double toned = 0, linear = 0, largest = 0, ssim, psnr, psnr_linear;
+    float white;
+    int k;
+    if (a.width != b.width || a.height != b.height)
+        complain("%s is %d x %d pixels, %s is %d x %d: only pictures of one size compare", o.operands[0], a.width, a.height, o.operands[1], b.width, b.height);
+    white = white_of(&a);
+    for (i = 0; i < count; i++) {
+        const float *p = a.rgb + 3 * i, *q = b.rgb + 3 * i;
+        if (fmaxf(brightest(p), brightest(q)) <= 1e-4f * white) continue;
+        lit++;
+        for (k = 0; k < 3; k++) {
+            double d = (double)(p[k] - q[k]), t = (double)(tone(p[k], white) - tone(q[k], white));
+            double l = (double)(fminf(fmaxf(p[k] / white, 0), 1) - fminf(fmaxf(q[k] / white, 0), 1));
+            toned += t * t;
+            linear += l * l;
+            largest = fmax(largest, fabs(d));
+        }
+    }
+    psnr = lit > 0 && toned > 0 ? -10 * log10(toned / (3 * (double)lit)) : HUGE_VAL;
+    psnr_linear = lit > 0 && linear > 0 ? -10 * log10(linear / (3 * (double)lit)) : HUGE_VAL;
+    ssim = ssim_of(&a, &b, white);
+    if (o.json) {
+        printf("{\"psnr_db\": ");
+        print_number(psnr);
+        printf(", \"psnr_linear_db\": ");
+        print_number(psnr_linear);
+        printf(", \"ssim\": ");
+        print_number(ssim);
+        printf(", \"largest_error\": ");
+        print_number(largest);
+        printf(", \"white\": ");
+        print_number((double)white);
+        printf(", \"lit_pixels\": %.0f}\n", (double)lit);
+    } else {
+        printf("PSNR           %.2f dB (lit pixels, white %.4g, gamma 2.2)\nPSNR linear    %.2f dB\nSSIM           %.5f\nlargest error  %.4g\n", psnr, (double)white,
+               psnr_linear, ssim, largest);
+    }
+    free(a.rgb);
+    free(b.rgb);
+    return finish();
+}
+
+/* ---- coating ---- */
+
+static int32_t parse_layers(const char *text, lflare_layer *out, int32_t room)
+{
+    int32_t count = 0;
+    while (*text != 0) {
+        char one[64];
+        size_t n = strcspn(text, ",");
+        if (n >= sizeof one) complain("--layers: 'n:nm,n:nm,...' was expected, not '%s'", text);
+        memcpy(one, text, n);
+        one[n] = 0;
+        if (count == room) complain("--layers: more than %d layers", (int)room);
+        two_numbers("--layers", one, ':', 0.01, 1e5, &out[count].n, &out[count].thickness_nm);
+        if (out[count].n < 1 || out[count].n > 10) complain("--layers: an index is between 1 and 10, not %g", out[count].n);
+        count++;
+        text += n + (text[n] == ',');
+    }
+    return count;
+}
+
+static int command_coating(int argc, char **argv)
+{
+    options o = parse(argc, argv, " --lambda0 --layers --angle --csv ", 2);
+    double n1 = number("N1", o.operands[0], 1, 5), n2 = number("N2", o.operands[1], 1, 5), nm, s;
+    lflare_layer layers[256];
+    int32_t count = 0;
+    if (o.lambda0 > 0 && o.layers != NULL) complain("flare coating: --lambda0 or --layers, not both");
+    if (o.lambda0 > 0) {
+        layers[0].n = fmax(sqrt(n1 * n2), 1.38);
+        layers[0].thickness_nm = o.lambda0 / (4 * layers[0].n);
+        count = 1;
+    } else if (o.layers != NULL) {
+        count = parse_layers(o.layers, layers, 256);
+    }
+    s = n1 * sin(o.angle * DEGREE);
+    if (o.csv) printf("lambda_nm,R\n");
+    else printf("reflectance from %g to %g at %g degrees, %d layer%s\n", n1, n2, o.angle, (int)count, count == 1 ? "" : "s");
+    for (nm = 380; nm <= 780; nm += 10) {
+        double r = lflare_film_reflectance(n1, n2, layers, count, nm, s);
+        if (o.csv) {
+            printf("%g,", nm);
+            print_number(r);
+            putchar('\n');
+        } else {
+            int bar = (int)(r * 1000 + 0.5);
+            printf("%4g nm %8.4f %% ", nm, 100 * r);
+            for (; bar > 0; bar--) putchar(bar > 60 ? '+' : '#'), bar = bar > 61 ? 61 : bar;
+            putchar('\n');
+        }
+    }
+    return finish();
+}
+
+int main(int argc, char **argv)
+{
+    static const struct {
+        const char *name;
+        int (*run)(int, char **);
+    } commands[] = {{"info", command_info}, {"ghosts", command_ghosts}, {"render", command_render}, {"compare", command_compare}, {"coating", command_coating}};
+    size_t i;
+    int k;
+    for (k = 1; k < argc; k++)
+        if (strcmp(argv[k], "--help") == 0 || (k == 1 && strcmp(argv[k], "help") == 0)) {
+            fputs(help, stdout);
+            return finish();
+        }
+    if (argc > 1 && strcmp(argv[1], "--version") == 0) {
+        printf("flare %d.%d.%d\n", LFLARE_VERSION / 10000, LFLARE_VERSION / 100 % 100, LFLARE_VERSION % 100);
+        return finish();
+    }
+    if (argc < 2) {
+        fputs(help, stderr);
+        return 2;
+    }
+    for (i = 0; i < sizeof commands / sizeof commands[0]; i++)
+        if (strcmp(argv[1], commands[i].name) == 0) return commands[i].run(argc, argv);
+    complain("unknown command '%s'; see flare --help", argv[1]);
+    return 2;
+}

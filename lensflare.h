@@ -1,0 +1,3545 @@
+/* lensflare.h - v0.1.0 - physically based lens flares from the prescriptions of real lenses
+   Choose either of two licences, MIT or the Unlicense; both stand at the end of this file.
+
+   Do this in *one* C or C++ file to create the implementation, and include it plainly everywhere else:
+
+       #define LENSFLARE_IMPLEMENTATION
+       #include "lensflare.h"
+
+   Optional, before that line; they act on the implementation only:
+
+       LFLARE_STATIC           every function static
+       LFLARE_API              your own linkage, __declspec(dllexport) say
+       LFLARE_ASSERT(x)        guards the library's own mistakes, never your input; default: nothing
+       LFLARE_NO_STDIO         leaves out lflare_file_read and the include of <stdio.h>
+       LFLARE_NO_SOFTWARE      leaves out the room "software"
+       LFLARE_NO_DIFFRACTION, LFLARE_NO_TRACE, LFLARE_NO_GL
+                               accepted; their rooms come in later versions
+
+   Needs libc and libm. No globals, no output, no exit. All lengths are millimetres, angles radians, wavelengths
+   nanometres, unless a name says otherwise. */
+
+/* >> 0 documentation */
+/*
+   CONTENTS (the lines that begin each room; grep for "[>]>")
+
+       >> 0 documentation
+       >> 1 public interface
+       >> 2 text
+       >> 3 glass
+       >> 4 paraxial
+       >> 5 lens
+       >> 6 ghosts
+       >> 7 coating
+       >> 8 iris
+       >> 9 tables
+       >> 10 frame
+       >> 11 software
+       >> 12 object
+       >> 13 licence
+
+   QUICK EXAMPLE (a test extracts, compiles and runs it)
+
+   @example
+       #define LENSFLARE_IMPLEMENTATION
+       #include "lensflare.h"
+       #include <stdio.h>
+       #include <stdlib.h>
+
+       int main(void)
+       {
+           static const char heliar[] =
+               "lensflare 1\n"
+               "name    Heliar\n"
+               "fnumber 3.5\n"
+               "sensor  36 24\n"
+               "#radius  gap     medium               clear semi-diameter\n"
+               " 30.81   7.702   nd 1.6511  vd 58.6   semi 14.5  coating quarter 550\n"
+               "-89.35   1.849   nd 1.60266 vd 38.4   semi 14.5\n"
+               "580.38   3.521   air                  semi 14.5  coating quarter 520\n"
+               "-80.63   1.849   nd 1.64282 vd 47.9   semi 12.3  coating quarter 480\n"
+               " 28.34   4.625   air                  semi 11.5  coating quarter 550\n"
+               "  stop   2.554                        semi 11.6\n"
+               "  flat   1.849   nd 1.58241 vd 40.6   semi 12.3  coating quarter 520\n"
+               " 32.19   7.271   nd 1.69347 vd 53.5   semi 12.3\n"
+               "-52.99   focus   air                  semi 12.3  coating quarter 550\n";
+           enum { W = 640, H = 360 };
+           lflare_desc desc = {0};
+           lflare_view view = {0};
+           lflare_light sun = {{0.17f, 0.09f, -1.0f}, {1.0f, 1.0f, 1.0f}, {0}, 0.00465f, 0};
+           lflare_image image = {0};
+           lflare *flare = NULL;
+           lflare_error error;
+
+           desc.text = heliar;
+           desc.text_size = sizeof heliar - 1;
+           if (lflare_create(&desc, &flare, &error) < 0) {
+               fprintf(stderr, "line %d, column %d: %s\n", (int)error.line, (int)error.column, error.text);
+               return 1;
+           }
+           view.width = W;
+           view.height = H;
+           image.width = W;
+           image.height = H;
+           image.pixels = (float *)calloc(W * H, 4 * sizeof(float));
+
+           lflare_frame(flare, &view, &sun, 1);      // every frame: lights and view to instances
+           lflare_render(flare, &image);             // or upload tables and instances to a GPU of your own
+           printf("%d ghosts drawn\n", (int)lflare_get_frame(flare)->instance_count);
+
+           free(image.pixels);
+           lflare_destroy(flare);
+           return 0;
+       }
+   @end
+
+   THE THREE VERBS
+
+       prepare     once per lens: ghosts, matrices, clipping circles, films          (in lflare_create)
+       configure   when f-number, iris, overrides or exposure change                 (lflare_configure, or in slices)
+       frame       every frame: lights and view to instances; allocates nothing      (lflare_frame)
+
+   The object `lflare` strings together pure stages over plain structs, each of which you may call yourself:
+
+       lflare_text_read -> lflare_lens_derive -> lflare_tables_prepare -> lflare_tables_configure
+                                             \-> lflare_ghost_* , lflare_film_*, for optics users and editors
+       -> lflare_frame_build -> lflare_footprint_resolve -> lflare_software_rows
+
+   THE PRESCRIPTION FORMAT
+
+   Lines end in LF, CR LF or CR; a '#' starts a comment; blanks and tabs separate words; numbers are written with a
+   point whatever the locale. The first statement is the version.
+
+       file      = { [ statement | row ] [ "#" comment ] newline }
+       statement = "lensflare" "1"            first, required
+                 | "name"   text              texts reach to the end of the line, '#' included
+                 | "patent" text              number and claimant
+                 | "source" text              where the numbers come from
+                 | "fnumber" N                the full opening
+                 | "sensor" WIDTH HEIGHT      mm
+       row       = RADIUS GAP { option }      a surface, from the front; RADIUS > 0 bulges towards the light
+                 | "stop" GAP [ "semi" MM ]   the iris, flat, in the medium of the row above it; exactly one
+       RADIUS    = N | "flat"
+       GAP       = N | "focus"                to the next row; the last one to the sensor, "focus" puts it in focus
+       option    = medium                     the medium behind the surface; none = air
+                 | "glass" NAME               a label for the medium, not looked up
+                 | "semi" MM                  clear semi-diameter; missing ones are derived
+                 | "conic" K                  conic constant (0 = sphere, -1 = paraboloid)
+                 | "asphere" { POWER ":" N }  even terms N r^POWER of the sag, POWER 2 to 16
+                 | "coating" "none" | "coating" "quarter" NM | "coating" "stack" { N ":" NM }
+                                              films from the front side; quarter: one layer of index max(sqrt(n1 n2), 1.38)
+       medium    = "air" | "n" N | "nd" N "vd" N                      constant; Cauchy fit to index and Abbe number
+                 | "sellmeier" B1 B2 B3 C1 C2 C3 | "cauchy" A B [C]   um^2; n = A + B/l^2 + C/l^4, l in um
+
+   ORIENTATION
+
+   Camera space is GL's: x right, y up, looking along -z. Light travels along +z in the lens. A light in direction d has
+   the slope u = (d.x/d.z, d.y/d.z); its image lies at EFL u on the sensor, and the picture is the sensor turned by 180
+   degrees. A light up and to the right appears up and to the right.
+
+   THE MODEL (sources: Lee & Eisemann 2013 = LE; Hullin et al. 2011 = H; project notes = P with their section)
+
+   A ghost is a pair of surfaces (first, second), second in front of first, on one side of the stop. Per wavelength two
+   2x2 matrices carry an entrance point r (on the plane of the first vertex) and slope u to the stop, a = Ma11 r +
+   Ma12 u, and to the sensor, s = M11 r + M12 u (LE 3). Every crossing k of the path clips: |A_k r + B_k u| <= h_k (P 3).
+   All clipping circles have their centres on the line through the axis and the light, hence two facts used throughout:
+     - a ghost is lit for slopes 0 <= |u| < u_hidden and for no others: one number per ghost culls it;
+     - seen along that line, y^2 + x^2 is a lower envelope of straight lines, so area, centroid and binding circles of
+       the footprint are exact and need no search.
+   Irradiance is E cos(theta) W / M11^2, W the product of film reflectances and transmittances along the ray through the
+   centroid of the footprint (P 3, 5). Small ghosts keep a least size, and lamps soften edges by their own size (P 3).
+
+   THE TABLES, BY LIFETIME (all float; every row is a whole number of RGBA32F texels, so a GPU reads it with texelFetch)
+
+       lens      head      ghost:  3 x (Ma11 Ma12 M11 M12), one per wavelength; (first second rims 0)       64 bytes
+       lens      rims      ghost:  LFLARE_MAX_RIMS x 3 x (A B h surface)                                   384 bytes
+       lens      film      surface: 64 x (R at 3 wavelengths, 0) over cos(theta) in the rarer medium      1024 bytes
+       lens      index     surface: index behind it at 3 wavelengths
+       settings  field     ghost:  LFLARE_FIELD_SAMPLES x 2 x (W_r W_g W_b centroid)(radius turn0 turn2 0) 1024 bytes
+       settings  style     ghost:  (tint rgb, scale)(move along, move across, field angle where hidden, 1/that)
+       settings  cull      active ghosts, strongest first: bounds, for the CPU's loop                       24 bytes
+       settings  blades    (normal x y, distance, arc radius) per blade
+       frame     lights    64 bytes each
+       instance            ghost, light, patch, band: four 16-bit numbers                                    8 bytes
+
+   What comes next fits without moving these walls. Polynomials (issue "beyond first order"): one more lens table of
+   about 700 bytes a ghost, indexed like `head`; `patch` selects the grid patch or its level. Traced rays: `index`, the
+   lens's radii and gaps in a uniform block of 128 x 16 bytes, `film` as it is. More than three wavelengths: `band`
+   counts triples of wavelengths and rows repeat per band. Ringing: fringe lengths follow from head and rims (P 9) and
+   replace the edge profile, whose one function is lflare_edge_coverage. Masks: `blades` count 0 and an image over the
+   iris's circumscribed circle. Overrides: `style`. Occlusion strip: one texel a light multiplied into its irradiance.
+   Starburst: drawn at lights[i].image, an image of settings lifetime.
+
+   LIMITS
+
+   128 rows, 1024 layers in all, 65,535 ghosts, 65,535 lights as fixed at creation, pictures of any size. Rotationally
+   symmetric refracting lenses. Two reflections, on one side of the stop.
+
+   THREADS
+
+   No function touches anything but its arguments. Different objects may be used by different threads at once, and one
+   object's const functions too (lflare_render_rows after lflare_render_begin).
+*/
+
+#ifndef LENSFLARE_H
+#define LENSFLARE_H
+
+/* >> 1 public interface */
+
+#include <stddef.h>
+#include <stdint.h>
+
+#define LFLARE_VERSION 100 /* major * 10000 + minor * 100 + patch */
+
+#ifndef LFLARE_API
+#ifdef LFLARE_STATIC
+#define LFLARE_API static
+#elif defined(__cplusplus)
+#define LFLARE_API extern "C"
+#else
+#define LFLARE_API extern
+#endif
+#endif
+
+enum {
+    LFLARE_MAX_SURFACES = 128, /* rows of a prescription, the stop counted */
+    LFLARE_MAX_LAYERS = 1024,  /* coating layers of a prescription, all surfaces together */
+    LFLARE_MAX_BLADES = 16,
+    LFLARE_MAX_RIMS = 8,       /* clipping circles kept per ghost, pupil and iris not counted; those that bind most */
+    LFLARE_MAX_CIRCLES = 3 * LFLARE_MAX_SURFACES + 2, /* of a path: a rim per crossing */
+    LFLARE_MAX_NOTES = 160,
+    LFLARE_WAVELENGTHS = 3,    /* of a band */
+    LFLARE_FIELD_SAMPLES = 32, /* of a ghost's colour and footprint over the field angle */
+    LFLARE_FILM_SAMPLES = 64,
+    LFLARE_HEAD_FLOATS = 16,
+    LFLARE_RIM_FLOATS = 12,    /* of one rim: 3 x (A B h surface) */
+    LFLARE_FIELD_FLOATS = 8,   /* of one sample */
+    LFLARE_STYLE_FLOATS = 8
+};
+
+/* 0 done, positive partial, negative failed. */
+typedef enum lflare_result {
+    LFLARE_OK = 0,
+    LFLARE_INCOMPLETE = 1,        /* the array was too small, *count says what is needed; or more steps remain */
+    LFLARE_ERROR_SYNTAX = -1,     /* the text is not a prescription: see line and column */
+    LFLARE_ERROR_LENS = -2,       /* readable, but no lens: no stop, no focal length, ... */
+    LFLARE_ERROR_ARGUMENT = -3,   /* an argument is NULL, out of range or not finite */
+    LFLARE_ERROR_MEMORY = -4,     /* an allocation failed; nothing leaked, nothing changed */
+    LFLARE_ERROR_FILE = -5,       /* the file cannot be read */
+    LFLARE_ERROR_LIMIT = -6       /* more lights or layers than were asked for */
+} lflare_result;
+
+/* What went wrong and where. `line` and `column` count from 1, columns in bytes; 0 where there is no text to point at. */
+typedef struct lflare_error {
+    lflare_result code;
+    int32_t line, column;
+    char text[200]; /* one sentence, no line break, zero-terminated */
+} lflare_error;
+
+/* ---- prescriptions ---- */
+
+typedef enum lflare_medium_kind {
+    LFLARE_MEDIUM_AIR = 0,   /* 1 exactly; prescriptions give indices relative to air */
+    LFLARE_MEDIUM_CONSTANT,  /* c[0] = n */
+    LFLARE_MEDIUM_ABBE,      /* c[0] = nd, c[1] = Vd */
+    LFLARE_MEDIUM_SELLMEIER, /* c[0..2] = B, c[3..5] = C in um^2 */
+    LFLARE_MEDIUM_CAUCHY     /* c[0] + c[1]/l^2 + c[2]/l^4, l in um */
+} lflare_medium_kind;
+
+typedef struct lflare_medium {
+    lflare_medium_kind kind;
+    double c[6];
+    char glass[24]; /* a label, "" for none */
+} lflare_medium;
+
+typedef struct lflare_layer {
+    double n, thickness_nm;
+} lflare_layer;
+
+typedef enum lflare_coating_kind { LFLARE_COATING_NONE = 0, LFLARE_COATING_QUARTER, LFLARE_COATING_STACK } lflare_coating_kind;
+
+typedef struct lflare_surface {
+    double radius;         /* signed, 0 = flat; positive bulges towards the light */
+    double thickness;      /* gap to the next row, the last one to the sensor; >= 0 */
+    double semi_diameter;  /* clear radius; 0 = derive it */
+    double conic;
+    double aspheric[8];    /* coefficients of r^2, r^4 ... r^16 */
+    lflare_medium medium;  /* behind the surface; ignored for the stop, which keeps the medium in front of it */
+    lflare_coating_kind coating;
+    double quarter_nm;     /* LFLARE_COATING_QUARTER: design wavelength */
+    int32_t first_layer, layer_count; /* LFLARE_COATING_STACK: into prescription.layers, from the front side */
+    int32_t is_stop;
+    int32_t line;          /* where it stood in the text, 0 if nowhere */
+} lflare_surface;
+
+/* Plain data, about 48 KB, copied by assignment. All zeroes is a valid start for one made by hand. */
+typedef struct lflare_prescription {
+    char name[96], patent[96], source[256];
+    double fnumber;                      /* full opening; 0 = derive it from the stop */
+    double sensor_width, sensor_height;  /* 0 = 36 x 24 */
+    int32_t focus;                       /* 1: the last gap is derived so that the sensor is in focus */
+    int32_t surface_count, layer_count;
+    lflare_surface surfaces[LFLARE_MAX_SURFACES];
+    lflare_layer layers[LFLARE_MAX_LAYERS];
+} lflare_prescription;
+
+/* Reads `size` bytes of text (no terminating zero needed; text may be NULL if size is 0). Any bytes are safe. On error
+   *out is unspecified and *error (may be NULL) says where. Syntax and ranges of single numbers are checked here, the
+   lens as a whole by lflare_lens_derive. Linear in size, allocates nothing. */
+LFLARE_API lflare_result lflare_text_read(const char *text, size_t size, lflare_prescription *out, lflare_error *error);
+
+/* Writes the prescription so that lflare_text_read gives back the same values, to the bit. *size holds the room in
+   `text` on entry and the bytes needed on return, without a terminating zero, of which none is written. Returns
+   LFLARE_INCOMPLETE if there was too little room (what fits is written; text may be NULL if *size is 0). */
+LFLARE_API lflare_result lflare_text_write(const lflare_prescription *prescription, char *text, size_t *size);
+
+/* The library's own locale-free numbers. Reads all of `size` bytes as one number: 1 if it is one (`*out` infinite if too
+   large), 0 if not. Writes the shortest decimal that reads back the same; `out` holds at least 32 bytes; returns its length. */
+LFLARE_API int32_t lflare_number_read(const char *text, size_t size, double *out);
+LFLARE_API int32_t lflare_number_write(double value, char *out);
+
+/* Index of refraction at a wavelength (P 4). From nd and Vd: n = A + B/l^2 through the lines F and C. */
+LFLARE_API double lflare_index(const lflare_medium *medium, double nm);
+
+/* ---- lens ---- */
+
+typedef enum lflare_note_kind {
+    LFLARE_NOTE_SEMI_DERIVED = 1,  /* value: semi-diameter from marginal and chief ray */
+    LFLARE_NOTE_SEMI_REDUCED,      /* value: reduced to this, from `stated`, because the sphere ends there */
+    LFLARE_NOTE_STOP_DERIVED,      /* value: stop's semi-diameter, from the f-number or from what the other rims pass */
+    LFLARE_NOTE_FNUMBER_DERIVED,   /* value: f-number of the full stop */
+    LFLARE_NOTE_FNUMBER_LIMITED,   /* value: the f-number that the stop's semi-diameter allows, where `stated` is faster */
+    LFLARE_NOTE_SENSOR_ASSUMED,    /* value: width of the sensor that was assumed */
+    LFLARE_NOTE_FOCUS_DERIVED,     /* value: last gap, the paraxial back focal distance */
+    LFLARE_NOTE_OUT_OF_FOCUS,      /* value: back focal distance, where `stated` is the last gap; over 0.5 % of EFL apart */
+    LFLARE_NOTE_EDGES_CROSS        /* value: thickness at the edge between this surface and the next, negative */
+} lflare_note_kind;
+
+typedef struct lflare_note {
+    lflare_note_kind kind;
+    int32_t surface; /* from 0, -1 if the lens as a whole */
+    double value, stated;
+} lflare_note;
+
+/* [a b; c d] acting on (height, slope) in the unfolded frame: path length always positive. */
+typedef struct lflare_matrix {
+    double a, b, c, d;
+} lflare_matrix;
+
+/* A validated lens in which nothing is missing. Plain data. */
+typedef struct lflare_lens {
+    lflare_prescription prescription; /* with every derived value filled in */
+    double curvature[LFLARE_MAX_SURFACES]; /* at the vertex, r^2 term included */
+    int32_t surface_count, stop;      /* stop: index from 0 */
+    double efl, bfd, fnumber;         /* at the d line; fnumber: the full opening that the stop allows */
+    double stop_a11;                  /* height at the stop per height at the entrance, direct path, d line */
+    double sensor_width, sensor_height;
+    int32_t ghost_count;
+    int32_t note_count;               /* what was derived or looks odd */
+    lflare_note notes[LFLARE_MAX_NOTES];
+} lflare_lens;
+
+/* Checks a prescription and derives what is missing: sensor, focus, stop from the f-number or the reverse, clear
+   semi-diameters from the paraxial marginal ray and the chief ray to the sensor's corner (half the beam passes there).
+   Allocates nothing; O(surfaces^2). *error may be NULL. */
+LFLARE_API lflare_result lflare_lens_derive(const lflare_prescription *prescription, lflare_lens *out, lflare_error *error);
+
+/* One sentence about a note; `out` of `size` bytes is always terminated if size > 0. Returns out. */
+LFLARE_API const char *lflare_note_text(const lflare_note *note, char *out, size_t size);
+LFLARE_API const char *lflare_result_text(lflare_result result);
+
+/* From the vertex of the first surface to just behind the last, without the last gap: EFL = -1/c, BFD = -a/c (P 2). */
+LFLARE_API lflare_matrix lflare_system_matrix(const lflare_lens *lens, double nm);
+
+/* Sag at height r, NaN beyond the surface's end. */
+LFLARE_API double lflare_sag(const lflare_surface *surface, double r);
+
+/* ---- ghosts ---- */
+
+/* Surfaces that reflect, from 0: first behind second in space, before it in time. Tables for people count from 1. */
+typedef struct lflare_pair {
+    int32_t first, second;
+} lflare_pair;
+
+/* All pairs on one side of the stop with an index step at both (P 3), ordered by first, then second. *count: room in
+   `out` on entry, number of ghosts on return; LFLARE_INCOMPLETE if there was too little. out may be NULL if *count is 0. */
+LFLARE_API lflare_result lflare_ghost_list(const lflare_lens *lens, lflare_pair *out, int32_t *count);
+
+typedef struct lflare_ghost_matrices {
+    lflare_matrix ma, ms, m; /* entrance to stop, stop to sensor, entrance to sensor */
+} lflare_ghost_matrices;
+
+/* Matrices of `count` ghosts at one wavelength; O(surfaces + count) when the pairs are in the list's order. */
+LFLARE_API lflare_result lflare_ghost_optics(const lflare_lens *lens, double nm, const lflare_pair *pairs, int32_t count,
+                                             lflare_ghost_matrices *out);
+
+typedef struct lflare_crossing {
+    int32_t surface;
+    int32_t backwards; /* 1 between the two reflections, and for the reflection at `second` */
+    int32_t reflected; /* 1 at first and second */
+    double a, b;       /* height here = a r + b u */
+    double p, q;       /* tangent of the paraxial angle of incidence = |p r + q u| (P 5) */
+    double n_in, n_out;/* indices on the side the ray comes from and on the other side */
+} lflare_crossing;
+
+/* Every crossing of a ghost's path in order, the stop included once. *count as in lflare_ghost_list; at most
+   3 * LFLARE_MAX_SURFACES. */
+LFLARE_API lflare_result lflare_ghost_path(const lflare_lens *lens, double nm, lflare_pair pair, lflare_crossing *out, int32_t *count);
+
+/* Circles |x - centre u| <= radius, all on one line (in entrance mm along the light's direction). */
+typedef struct lflare_circle {
+    double centre, radius;
+} lflare_circle;
+
+typedef struct lflare_region {
+    double area, centroid;  /* of the intersection; area 0 and the touching point if it is empty */
+    double lo, hi;          /* its ends on the line */
+} lflare_region;
+
+/* Intersection of circles with their centres at centre*u, exact. `turn` (may be NULL, else one per circle) receives the
+   angle through which the boundary turns along each circle, 0 where it does not bind. 1 <= count <= LFLARE_MAX_CIRCLES. */
+LFLARE_API lflare_region lflare_region_of(const lflare_circle *circles, int32_t count, double u, double *turn);
+
+typedef enum lflare_clip { LFLARE_CLIP_IRIS, LFLARE_CLIP_PUPIL, LFLARE_CLIP_BOTH, LFLARE_CLIP_RIM, LFLARE_CLIP_HIDDEN } lflare_clip;
+
+/* What bounds a ghost for slope u >= 0 and a round iris of radius `iris` (P 3), and the exact footprint on the entrance. */
+LFLARE_API lflare_clip lflare_ghost_clip(const lflare_lens *lens, double nm, lflare_pair pair, double iris, double u, lflare_region *region);
+
+/* ---- coating ---- */
+
+/* Power reflectance of a stack between media n0 and n1, unpolarised, exact thin-film interference (characteristic
+   matrix). `s` = n0 sin(theta0), the same on both sides; layers from the n0 side, NULL if count is 0. T = 1 - R.
+   Total reflection gives 1. (P 5; Born & Wolf 1.6) */
+LFLARE_API double lflare_film_reflectance(double n0, double n1, const lflare_layer *layers, int32_t count, double nm, double s);
+
+/* The layers of a surface from its front side; *count room on entry, number on return. A quarter-wave coating gives one. */
+LFLARE_API lflare_result lflare_film_layers(const lflare_lens *lens, int32_t surface, lflare_layer *out, int32_t *count);
+
+/* Exact W of a ghost along the paraxial ray through entrance point x (mm along the light's direction) with slope u >= 0: the
+   product of its reflectances and transmittances at one wavelength (P 3, 5). Irradiance is E cos(theta) W / M11^2. */
+LFLARE_API double lflare_ghost_weight(const lflare_lens *lens, double nm, lflare_pair pair, double x, double u);
+
+/* ---- iris ---- */
+
+/* One edge of the iris on the stop plane. Straight: inside is n.a <= distance. Curved: |a + n distance| <= arc. */
+typedef struct lflare_blade {
+    float nx, ny, distance, arc; /* arc 0 = straight */
+} lflare_blade;
+
+typedef struct lflare_iris {
+    float radius;        /* of the circumscribed circle, on the stop plane */
+    float area;          /* open area over that of the circumscribed circle: 0.757 for five straight blades */
+    float roundness;     /* share of the turning of its outline that is on arcs: 1 round, 0 straight blades */
+    int32_t blade_count; /* 0 = round */
+    lflare_blade blades[LFLARE_MAX_BLADES];
+} lflare_iris;
+
+/* Iris at f-number N: radius min(|A11| EFL / 2N, the stop's own) (P 6); N = 0 is the lens's. blades 0 or 3 to 16; rotation
+   turns the first vertex from +x; curvature 0 straight to 1 round. *fnumber (may be NULL) gets the effective f-number. */
+LFLARE_API lflare_result lflare_iris_make(const lflare_lens *lens, double fnumber, int32_t blades, double rotation, double curvature,
+                                          lflare_iris *out, double *fnumber_effective);
+
+/* ---- settings, views, lights ---- */
+
+/* Changes one ghost, by its surface pair counted from 1 as in tables and patents. All zeroes changes nothing. */
+typedef struct lflare_override {
+    int32_t first, second;
+    int32_t hide;
+    float tint[3];  /* all 0 = white */
+    float ev;       /* stops of intensity */
+    float scale;    /* size about its own centroid, irradiance kept; 0 = 1 */
+    float move[2];  /* along the line from the picture's centre to the light, and to the left of it, as a fraction of the
+                       distance of the light's own image */
+} lflare_override;
+
+/* All zeroes is the lens as it is: full opening, round iris, every ghost, normalised exposure. */
+typedef struct lflare_settings {
+    double fnumber;
+    int32_t blades;
+    float blade_rotation, blade_curvature;
+    int32_t raw;               /* 1: irradiance in multiples of the light's; 0: a constant gain per lens and settings, such
+                                  that a white light halfway to the frame's side adds LFLARE_NORMAL_MEAN on average */
+    float exposure_ev;         /* stops on top of either */
+    int32_t ghost_budget;      /* most ghosts per light, strongest first; 0 = all */
+    float min_flux;            /* leaves out ghosts whose peak flux is below this fraction of all ghosts' sum */
+    int32_t paper_clipping;    /* 1: only front rim and iris clip, as in Lee & Eisemann 2013 */
+    const lflare_override *overrides; /* read during configure only */
+    int32_t override_count;
+} lflare_settings;
+
+#define LFLARE_NORMAL_MEAN 0.02f
+
+typedef enum lflare_fit {
+    LFLARE_FIT_WIDTH = 0, /* frame width = sensor width; the light's place in the frame decides its slope */
+    LFLARE_FIT_HEIGHT,
+    LFLARE_FIT_DIAGONAL,
+    LFLARE_FIT_PHYSICAL   /* true slopes: half the frame's height is EFL tan(fov_y / 2) */
+} lflare_fit;
+
+typedef struct lflare_view {
+    int32_t width, height; /* pixels of the view, > 0; a viewport within a larger target is given as the viewport alone */
+    float fov_y;           /* vertical field of view of the camera whose space the lights are in; 0 = the lens's own on this
+                              frame, which makes all slopes true */
+    lflare_fit fit;
+    float centre[2];       /* where the optical axis meets the view, in half-widths and half-heights; 0 0 = the middle */
+} lflare_view;
+
+enum { LFLARE_LIGHT_NO_GHOSTS = 1, LFLARE_LIGHT_NO_STARBURST = 2, LFLARE_LIGHT_NO_STREAK = 4 };
+
+typedef struct lflare_light {
+    float direction[3];    /* in camera space, towards the light, any length; z >= 0 (beside or behind the camera) draws nothing */
+    float color[3];        /* irradiance at the lens, linear; negative counts as 0 */
+    float occlusion[3];    /* 1 - visibility, per channel: 0 all 0 = seen in full, 1 = hidden or absorbed */
+    float angular_radius;  /* 0 = a point; the sun: 0.00465 */
+    int32_t flags;
+} lflare_light;
+
+/* ---- tables ---- */
+
+/* Bounds of an active ghost on the sensor, all linear in the slope vector. */
+typedef struct lflare_cull {
+    float hidden_slope;     /* dark from this slope on */
+    float along, across;    /* centre = slope * along + slope turned left * across */
+    float radius, reach;    /* radius of the bounding disc; growth per radian of angular radius */
+    uint32_t ghost;
+} lflare_cull;
+
+/* Everything a renderer reads. Pointers are the caller's; see THE TABLES above for the rows. */
+typedef struct lflare_tables {
+    int32_t ghost_count, surface_count;
+    float sensor_width, sensor_height, efl, entrance_radius; /* entrance_radius: of the first surface */
+    float wavelengths[LFLARE_WAVELENGTHS];
+    /* lens: filled by lflare_tables_prepare */
+    lflare_pair *pairs;     /* [ghost_count] */
+    float *head;            /* [ghost_count * LFLARE_HEAD_FLOATS] */
+    float *rims;            /* [ghost_count * LFLARE_MAX_RIMS * LFLARE_RIM_FLOATS] */
+    float *film;            /* [surface_count * LFLARE_FILM_SAMPLES * 4] */
+    float *index;           /* [surface_count * 4]: behind each surface, 0 */
+    /* settings: filled by lflare_tables_configure_* */
+    float *field;           /* [ghost_count * LFLARE_FIELD_SAMPLES * LFLARE_FIELD_FLOATS] */
+    float *style;           /* [ghost_count * LFLARE_STYLE_FLOATS] */
+    float *rank;            /* [ghost_count * 2]: peak flux; mean irradiance at the reference angle, full opening */
+    lflare_cull *cull;      /* [ghost_count], the first active_count in use, strongest first */
+    int32_t active_count, ghost_budget, paper_clipping;
+    float exposure;         /* gain on the lights' colour */
+    float fnumber;          /* effective */
+    lflare_iris iris;
+} lflare_tables;
+
+/* Bytes of the lens's and of the settings' arrays. Several settings may share one lens part. */
+typedef struct lflare_tables_size {
+    size_t lens, settings;
+} lflare_tables_size;
+
+/* Sets sizes and counts of *out and, where memory is given (16-byte aligned, lflare_tables_size of it; NULL = leave as is),
+   the array pointers into it. */
+LFLARE_API lflare_tables_size lflare_tables_layout(const lflare_lens *lens, void *lens_memory, void *settings_memory, lflare_tables *out);
+
+/* Prepare: the lens tables of ghosts begin <= g < end, so that slices or threads may share the work; films and indices
+   come with begin == 0. Cost: about 5 us a ghost. */
+LFLARE_API lflare_result lflare_tables_prepare(const lflare_lens *lens, lflare_tables *tables, int32_t begin, int32_t end);
+
+/* Configure, in three parts that may be spread over frames: begin (iris, overrides checked), any number of ranges
+   covering all ghosts (about 25 us a ghost), end (order, normalisation). The lens tables must be whole. */
+LFLARE_API lflare_result lflare_tables_configure_begin(const lflare_lens *lens, lflare_tables *tables, const lflare_settings *settings,
+                                                       lflare_error *error);
+LFLARE_API void lflare_tables_configure_range(const lflare_lens *lens, lflare_tables *tables, const lflare_settings *settings, int32_t begin,
+                                              int32_t end);
+LFLARE_API void lflare_tables_configure_end(lflare_tables *tables, const lflare_settings *settings);
+
+/* ---- frame ---- */
+
+typedef struct lflare_frame_light {
+    float slope[2];        /* (d.x/d.z, d.y/d.z) as the lens sees it */
+    float axis[2];         /* slope / |slope|; (1, 0) on the axis */
+    float slope_length;
+    float field_angle;     /* atan(slope_length) */
+    float angular_radius;
+    float image[2];        /* the light's own image on the sensor, mm */
+    float irradiance[3];   /* color (1 - occlusion) cos(theta), exposure applied */
+    int32_t source;        /* index among the caller's lights */
+    int32_t flags;
+    float reserved[2];
+} lflare_frame_light;
+
+typedef struct lflare_instance {
+    uint16_t ghost, light, patch, band;
+} lflare_instance;
+
+/* What one frame draws. The arrays are the caller's (the object's, if there is one). */
+typedef struct lflare_frame_data {
+    int32_t width, height;         /* of the view */
+    float half_width, half_height; /* of the frame on the sensor, mm */
+    float centre[2];               /* sensor point at the view's middle, mm (minus the picture's own centre offset) */
+    float pixel;                   /* mm per pixel */
+    lflare_frame_light *lights;
+    int32_t light_capacity, light_count;
+    lflare_instance *instances;
+    int32_t instance_capacity, instance_count;
+} lflare_frame_data;
+
+/* Lights in front of the camera become frame lights, their visible ghosts instances, light by light. Fills *frame but for
+   the arrays and capacities, which the caller sets: as many lights as given, and lights * active_count instances are always
+   enough. Allocates nothing; 5 ns a ghost and light. */
+LFLARE_API lflare_result lflare_frame_build(const lflare_tables *tables, const lflare_view *view, const lflare_light *lights, int32_t light_count,
+                                            lflare_frame_data *frame);
+
+/* An edge of a ghost in the plane of its own rim: with d the sensor position less the footprint's centre, a = gain d +
+   offset axis is the height vector there; inside is |a| <= radius, fading over +-soft. */
+typedef struct lflare_edge {
+    float gain, offset, radius, soft;
+} lflare_edge;
+
+/* A ghost as drawn for one light and wavelength: what the vertex shader computes, for renderers of your own. */
+typedef struct lflare_footprint_channel {
+    float centre[2];   /* on the sensor, mm */
+    float irradiance;  /* inside; linear, exposure applied */
+    int32_t edge_count;/* edges[0] is the iris: its circumscribed circle, or the blades if there are any */
+    lflare_edge edges[1 + LFLARE_MAX_RIMS];
+} lflare_footprint_channel;
+
+typedef struct lflare_footprint {
+    float axis[2];
+    float radius;      /* bounding, about every channel's centre, soft edges included; mm */
+    int32_t fine;      /* 1: under 4 pixels in radius, edges are meant for a 4 x 4 grid of samples a pixel */
+    lflare_footprint_channel channels[LFLARE_WAVELENGTHS];
+} lflare_footprint;
+
+/* Resolves one instance. About 0.3 us. Returns 0 if nothing is left to draw. */
+LFLARE_API int32_t lflare_footprint_resolve(const lflare_tables *tables, const lflare_frame_data *frame, lflare_instance instance,
+                                            lflare_footprint *out);
+
+/* Share of light at a point of the sensor, 0 to 1: soft edges, the two that cut most combined by the angle between them. */
+LFLARE_API float lflare_footprint_coverage(const lflare_footprint *footprint, int32_t channel, const lflare_iris *iris, float x, float y);
+
+/* Edge profile: 0 at -1, 1/2 at the edge, 1 at +1, slope and variance those of a lamp's disc and a pixel together. */
+LFLARE_API float lflare_edge_coverage(float t);
+
+/* ---- software ---- */
+
+typedef struct lflare_image {
+    float *pixels;      /* RGBA, linear; RGB is added to, A left as it is: clear it to 0 for a flare on transparent black */
+    int32_t width, height; /* must equal the view's */
+    ptrdiff_t stride;   /* floats from one row to the next; 0 = 4 * width. A view inside a larger target: its stride */
+    int32_t bottom_up;  /* 1: row 0 is the bottom of the picture */
+} lflare_image;
+
+/* Draws rows begin <= y < end of the picture (0 at the top) from footprints[count]. Different rows may be drawn by
+   different threads. Allocates nothing, uses 50 KB of stack. */
+LFLARE_API lflare_result lflare_software_rows(const lflare_footprint *footprints, int32_t count, const lflare_iris *iris,
+                                              const lflare_frame_data *frame, const lflare_image *image, int32_t begin, int32_t end);
+
+/* 8-bit sRGB (or, with srgb 0, linear 8-bit for targets that encode on write) from linear RGBA floats times `gain`,
+   clipped; `out` holds 3 * count bytes. */
+LFLARE_API void lflare_to_rgb8(const float *rgba, size_t count, float gain, int32_t srgb, uint8_t *out);
+
+/* ---- the object ---- */
+
+typedef struct lflare lflare;
+
+/* realloc-shaped: block NULL allocates, new_size 0 frees (and returns NULL). Both sizes are always right. */
+typedef void *(*lflare_realloc)(void *user, void *block, size_t old_size, size_t new_size);
+
+typedef struct lflare_desc {
+    const char *text;       /* a prescription's text, or */
+    size_t text_size;
+    const lflare_prescription *prescription; /* one already read; text is then ignored */
+    lflare_settings settings;
+    int32_t max_lights;     /* of a frame; 0 = 16 */
+    lflare_realloc allocate; /* NULL = libc's */
+    void *user;
+} lflare_desc;
+
+/* Parse, derive, prepare and configure. On error *out is NULL, nothing leaks, *error (may be NULL) says why. */
+LFLARE_API lflare_result lflare_create(const lflare_desc *desc, lflare **out, lflare_error *error);
+LFLARE_API void lflare_destroy(lflare *flare); /* NULL is fine */
+
+/* New settings at once, or in steps: begin, then step (each `ghosts` at a time) until it stops returning
+   LFLARE_INCOMPLETE. Frames use the old tables until then. Overrides are copied. */
+LFLARE_API lflare_result lflare_configure(lflare *flare, const lflare_settings *settings, lflare_error *error);
+LFLARE_API lflare_result lflare_configure_begin(lflare *flare, const lflare_settings *settings, lflare_error *error);
+LFLARE_API lflare_result lflare_configure_step(lflare *flare, int32_t ghosts);
+
+/* Lights and view to instances. Never allocates. */
+LFLARE_API lflare_result lflare_frame(lflare *flare, const lflare_view *view, const lflare_light *lights, int32_t light_count);
+
+/* Valid until the next configure, frame or destroy. */
+LFLARE_API const lflare_lens *lflare_get_lens(const lflare *flare);
+LFLARE_API const lflare_tables *lflare_get_tables(const lflare *flare);
+LFLARE_API const lflare_frame_data *lflare_get_frame(const lflare *flare);
+
+/* Draws the last frame into an image: all at once, or begin once and rows from any number of threads. The first begin
+   allocates room for the footprints of max_lights lights; later ones nothing. */
+LFLARE_API lflare_result lflare_render(lflare *flare, const lflare_image *image);
+LFLARE_API lflare_result lflare_render_begin(lflare *flare);
+LFLARE_API lflare_result lflare_render_rows(const lflare *flare, const lflare_image *image, int32_t begin, int32_t end);
+
+/* Reads a whole file into memory from `allocate` (NULL = libc's): *out has *size bytes and a zero behind them, which does
+   not count; free it with the same callback (old size *size + 1). At most 16 MB. Not with LFLARE_NO_STDIO. */
+LFLARE_API lflare_result lflare_file_read(const char *path, lflare_realloc allocate, void *user, char **out, size_t *size, lflare_error *error);
+
+/* The version of the implementation, LFLARE_VERSION. */
+LFLARE_API int32_t lflare_version(void);
+
+#endif /* LENSFLARE_H */
+
+/* ---------------------------------------------------------------------------------------------------------------------
+   Stop here if you only want to use it. What follows is the implementation, room after room in the data's order; each
+   room knows only the rooms above it. */
+
+#ifdef LENSFLARE_IMPLEMENTATION
+#ifndef LENSFLARE_IMPLEMENTED
+#define LENSFLARE_IMPLEMENTED
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+#ifndef LFLARE_NO_STDIO
+#include <stdio.h>
+#endif
+
+#ifndef LFLARE_ASSERT
+#define LFLARE_ASSERT(x) ((void)0)
+#endif
+
+/* LFLARE_STATIC leaves whatever the program does not call unused, which is not worth a warning. */
+#if defined(LFLARE_STATIC) && defined(__GNUC__)
+#pragma GCC diagnostic ignored "-Wunused-function"
+#endif
+
+#define LFLARE__PI 3.14159265358979323846
+
+static double lflare__min(double a, double b) { return a < b ? a : b; }
+static double lflare__max(double a, double b) { return a > b ? a : b; }
+static double lflare__clamp(double x, double lo, double hi) { return lflare__min(lflare__max(x, lo), hi); }
+static float lflare__minf(float a, float b) { return a < b ? a : b; }
+static float lflare__maxf(float a, float b) { return a > b ? a : b; }
+static int lflare__finite(double x) { return x - x == 0; }
+static int lflare__finite3(const float *v) { return lflare__finite((double)v[0] + (double)v[1] + (double)v[2]); }
+
+/* >> 2 text */
+/* Bytes to rows, rows to bytes. No libc conversion is used: they follow the locale and need a terminating zero. */
+
+/* value * 10^e as an unevaluated sum hi + lo of about 100 bits, so that 17 digits survive the way there and back. */
+typedef struct lflare__pair_of_doubles {
+    double hi, lo;
+} lflare__wide;
+
+static lflare__wide lflare__wide_product(double a, double b)
+{
+    /* Dekker's exact product: halves of 26 bits */
+    lflare__wide r;
+    double s = a * 134217729.0, t = b * 134217729.0;
+    double ah = s - (s - a), bh = t - (t - b), al = a - ah, bl = b - bh;
+    r.hi = a * b;
+    r.lo = ((ah * bh - r.hi) + ah * bl + al * bh) + al * bl;
+    return r;
+}
+
+static lflare__wide lflare__wide_scale(lflare__wide x, int32_t e)
+{
+    static const double powers[23] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,  1e8,  1e9,  1e10, 1e11,
+                                      1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
+    while (e != 0) {
+        int32_t step = e > 22 ? 22 : e < -22 ? -22 : e;
+        lflare__wide p;
+        if (step > 0) {
+            double d = powers[step];
+            p = lflare__wide_product(x.hi, d);
+            p.lo += x.lo * d;
+        } else {
+            double d = powers[-step], q = x.hi / d;
+            lflare__wide back = lflare__wide_product(q, d);
+            p.hi = q;
+            p.lo = ((x.hi - back.hi) - back.lo + x.lo) / d;
+        }
+        x.hi = p.hi + p.lo;
+        x.lo = (p.hi - x.hi) + p.lo;
+        e -= step;
+    }
+    return x;
+}
+
+LFLARE_API int32_t lflare_number_read(const char *text, size_t size, double *out)
+{
+    size_t i = 0, digits = 0;
+    int negative = 0, point = 0;
+    int32_t scale = 0, exponent = 0;
+    uint64_t m = 0;
+    lflare__wide w;
+    if (i < size && (text[i] == '-' || text[i] == '+')) negative = text[i++] == '-';
+    for (; i < size; i++) {
+        char ch = text[i];
+        if (ch == '.' && !point) { point = 1; continue; }
+        if (ch < '0' || ch > '9') break;
+        digits++;
+        if (m < 999999999999999999u) { /* 18 digits fit; later ones only move the point */
+            m = m * 10 + (uint64_t)(ch - '0');
+            scale -= point;
+        } else if (!point) {
+            scale += scale < 100000;
+        }
+    }
+    if (digits == 0) return 0;
+    if (i < size && (text[i] == 'e' || text[i] == 'E')) {
+        int minus = 0;
+        size_t first;
+        i++;
+        if (i < size && (text[i] == '-' || text[i] == '+')) minus = text[i++] == '-';
+        for (first = i; i < size && text[i] >= '0' && text[i] <= '9'; i++)
+            if (exponent < 100000) exponent = exponent * 10 + (text[i] - '0');
+        if (i == first) return 0;
+        scale += minus ? -exponent : exponent;
+    }
+    if (i != size) return 0;
+    if (m == 0 || scale < -345) {
+        *out = 0;
+    } else if (scale > 308) {
+        *out = HUGE_VAL;
+    } else {
+        w.hi = (double)(m >> 32) * 4294967296.0;
+        w.lo = (double)(m & 0xffffffffu);
+        m = 0; /* two exact halves, renormalised */
+        {
+            double sum = w.hi + w.lo;
+            w.lo = (w.hi - sum) + w.lo;
+            w.hi = sum;
+        }
+        w = lflare__wide_scale(w, scale);
+        *out = lflare__finite(w.hi) ? w.hi + (lflare__finite(w.lo) ? w.lo : 0) : HUGE_VAL;
+    }
+    if (negative) *out = -*out;
+    return 1;
+}
+
+static int32_t lflare__put_unsigned(uint64_t v, char *out)
+{
+    char digits[20];
+    int32_t n = 0, i;
+    do digits[n++] = (char)('0' + (int)(v % 10));
+    while ((v /= 10) != 0);
+    for (i = 0; i < n; i++) out[i] = digits[n - 1 - i];
+    return n;
+}
+
+/* Decimal digits and exponent: value = 0.digits * 10^point. */
+static int32_t lflare__digits(double value, char *digits, int32_t *point)
+{
+    int32_t precision, e = (int32_t)floor(log10(value)), n = 0;
+    for (precision = 1; precision <= 17; precision++) {
+        lflare__wide w;
+        double back;
+        uint64_t m;
+        char text[32];
+        w.hi = value;
+        w.lo = 0;
+        w = lflare__wide_scale(w, precision - 1 - e);
+        m = (uint64_t)w.hi;
+        m += (uint64_t)((w.hi - (double)m) + w.lo + 0.5);
+        n = lflare__put_unsigned(m, digits);
+        *point = n + e - precision + 1;
+        memcpy(text, digits, (size_t)n);
+        text[n] = 'e';
+        text[n + 1] = '-';
+        {
+            int32_t shift = e - precision + 1, length = n + 1;
+            if (shift < 0) length++;
+            length += lflare__put_unsigned((uint64_t)(shift < 0 ? -shift : shift), text + length);
+            if (lflare_number_read(text, (size_t)length, &back) && back == value) break;
+        }
+    }
+    while (n > 1 && digits[n - 1] == '0') n--;
+    return n;
+}
+
+LFLARE_API int32_t lflare_number_write(double value, char *out)
+{
+    char digits[24];
+    int32_t n = 0, count, point, i;
+    if (value != value) { memcpy(out, "nan", 3); return 3; }
+    if (value < 0) { out[n++] = '-'; value = -value; }
+    if (value > 1.7976931348623157e308) { memcpy(out + n, "inf", 3); return n + 3; }
+    if (value == 0) { out[n++] = '0'; return n; }
+    count = lflare__digits(value, digits, &point);
+    if (point < -4 || point > 15) { /* d.ddde+x */
+        out[n++] = digits[0];
+        if (count > 1) out[n++] = '.';
+        for (i = 1; i < count; i++) out[n++] = digits[i];
+        out[n++] = 'e';
+        point--;
+        if (point < 0) { out[n++] = '-'; point = -point; }
+        return n + lflare__put_unsigned((uint64_t)point, out + n);
+    }
+    if (point <= 0) { out[n++] = '0'; out[n++] = '.'; }
+    for (i = point; i < 0; i++) out[n++] = '0';
+    for (i = 0; i < count || i < point; i++) {
+        if (i == point && point > 0) out[n++] = '.';
+        out[n++] = i < count ? digits[i] : '0';
+    }
+    return n;
+}
+
+/* A tiny formatter for sentences: %s string, %i int32_t, %g double (at most 6 digits), %c char, %% percent. */
+static void lflare__format_list(char *out, size_t size, const char *format, va_list list)
+{
+    size_t n = 0;
+    for (; *format != 0; format++) {
+        char buffer[40];
+        const char *piece = buffer;
+        size_t length = 1;
+        buffer[0] = *format;
+        if (*format == '%') {
+            format++;
+            if (*format == 's') {
+                piece = va_arg(list, const char *);
+                length = strlen(piece);
+            } else if (*format == 'c') {
+                buffer[0] = (char)va_arg(list, int);
+            } else {
+                double v = *format == 'i' ? (double)va_arg(list, int32_t) : va_arg(list, double);
+                if (v != 0 && lflare__finite(v)) { /* to 6 digits */
+                    double unit = pow(10.0, floor(log10(fabs(v))) - 5);
+                    double rounded = floor(v / unit + 0.5);
+                    v = unit < 1 ? rounded / floor(1 / unit + 0.5) : rounded * unit;
+                }
+                length = (size_t)lflare_number_write(v, buffer);
+            }
+        }
+        for (; length > 0 && n + 1 < size; length--, piece++) out[n++] = *piece;
+    }
+    if (size > 0) out[n] = 0;
+}
+
+static void lflare__format(char *out, size_t size, const char *format, ...)
+{
+    va_list list;
+    va_start(list, format);
+    lflare__format_list(out, size, format, list);
+    va_end(list);
+}
+
+static lflare_result lflare__fail(lflare_error *error, lflare_result code, int32_t line, int32_t column, const char *format, ...)
+{
+    if (error != NULL) {
+        va_list list;
+        va_start(list, format);
+        error->code = code;
+        error->line = line;
+        error->column = column;
+        lflare__format_list(error->text, sizeof error->text, format, list);
+        va_end(list);
+    }
+    return code;
+}
+
+/* What single numbers may be, for the reader and for prescriptions made by hand alike. */
+typedef enum lflare__quantity {
+    LFLARE__RADIUS, LFLARE__GAP, LFLARE__SEMI, LFLARE__CONIC, LFLARE__INDEX, LFLARE__ABBE, LFLARE__COEFFICIENT,
+    LFLARE__NM, LFLARE__FILM_NM, LFLARE__FILM_INDEX, LFLARE__FNUMBER, LFLARE__SIZE
+} lflare__quantity;
+
+static const char *lflare__range(lflare__quantity q, double v)
+{
+    static const struct {
+        const char *what;
+        double lo, hi;
+    } ranges[] = {
+        {"a radius is between 0.001 and 1e9 mm in size ('flat' for a plane)", 1e-3, 1e9},
+        {"a gap is between 0 and 1e6 mm", 0, 1e6},
+        {"a semi-diameter is between 0.0001 and 1e5 mm", 1e-4, 1e5},
+        {"a conic constant is between -1e6 and 1e6", -1e6, 1e6},
+        {"an index of refraction is between 1 and 5", 1, 5},
+        {"an Abbe number is between 5 and 200", 5, 200},
+        {"a coefficient is between -1e12 and 1e12", -1e12, 1e12},
+        {"a wavelength is between 100 and 20000 nm", 100, 20000},
+        {"a layer is between 0.01 and 100000 nm thick", 0.01, 1e5},
+        {"a layer's index is between 1 and 10", 1, 10},
+        {"an f-number is between 0.1 and 1000", 0.1, 1000},
+        {"a sensor's side is between 0.01 and 10000 mm", 0.01, 1e4},
+    };
+    double size = q == LFLARE__RADIUS ? fabs(v) : v;
+    return size >= ranges[q].lo && size <= ranges[q].hi ? NULL : ranges[q].what;
+}
+
+/* The reader's place in the text, and its error. */
+typedef struct lflare__reader {
+    const char *at, *end, *line_start;
+    const char *word; /* the word last read */
+    size_t length;
+    int32_t line;
+    lflare_error *error;
+    lflare_result failed;
+} lflare__reader;
+
+static int32_t lflare__column(const lflare__reader *r, const char *p)
+{
+    ptrdiff_t column = p - r->line_start + 1;
+    return column > 1000000000 ? 1000000000 : (int32_t)column;
+}
+
+/* A word fit for a message: short, printable. */
+static const char *lflare__quote(const lflare__reader *r, char *out)
+{
+    size_t i, n = r->length < 24 ? r->length : 24;
+    for (i = 0; i < n; i++) out[i] = r->word[i] >= 32 && r->word[i] < 127 ? r->word[i] : '?';
+    if (r->length > n) { memcpy(out + n, "...", 3); n += 3; }
+    out[n] = 0;
+    return out;
+}
+
+/* Message about the last word: `format` has one %s for it, or none. */
+static int lflare__bad(lflare__reader *r, const char *format)
+{
+    char quoted[32];
+    if (r->failed == LFLARE_OK)
+        r->failed = lflare__fail(r->error, LFLARE_ERROR_SYNTAX, r->line, lflare__column(r, r->word), format, lflare__quote(r, quoted));
+    return 0;
+}
+
+static int lflare__line_end(char ch) { return ch == '\n' || ch == '\r'; }
+
+/* Next word of the line, or 0 at its end or at a comment. */
+static int lflare__word(lflare__reader *r)
+{
+    while (r->at < r->end && (*r->at == ' ' || *r->at == '\t')) r->at++;
+    r->word = r->at;
+    while (r->at < r->end && !lflare__line_end(*r->at) && *r->at != ' ' && *r->at != '\t' && *r->at != '#') r->at++;
+    r->length = (size_t)(r->at - r->word);
+    return r->length > 0;
+}
+
+static int lflare__is(const lflare__reader *r, const char *word)
+{
+    return r->length == strlen(word) && memcmp(r->word, word, r->length) == 0;
+}
+
+/* The last word as a number of a kind. */
+static int lflare__value(lflare__reader *r, lflare__quantity q, double *out)
+{
+    const char *range;
+    if (!lflare_number_read(r->word, r->length, out)) return lflare__bad(r, "a number was expected, not '%s'");
+    if (!lflare__finite(*out)) return lflare__bad(r, "the number '%s' is too large");
+    if ((range = lflare__range(q, *out)) != NULL) {
+        char quoted[32];
+        if (r->failed == LFLARE_OK)
+            r->failed = lflare__fail(r->error, LFLARE_ERROR_SYNTAX, r->line, lflare__column(r, r->word), "%s, not '%s'", range,
+                                     lflare__quote(r, quoted));
+        return 0;
+    }
+    return 1;
+}
+
+/* The next word as a number; `after` names what it belongs to. */
+static int lflare__next_value(lflare__reader *r, lflare__quantity q, const char *after, double *out)
+{
+    if (lflare__word(r)) return lflare__value(r, q, out);
+    if (r->failed == LFLARE_OK)
+        r->failed = lflare__fail(r->error, LFLARE_ERROR_SYNTAX, r->line, lflare__column(r, r->word), "a number is missing after '%s'", after);
+    return 0;
+}
+
+/* "N:N" */
+static int lflare__split(lflare__reader *r, lflare__quantity q1, double *a, lflare__quantity q2, double *b)
+{
+    const char *word = r->word, *colon = (const char *)memchr(r->word, ':', r->length);
+    size_t length = r->length;
+    int ok;
+    if (colon == NULL) return lflare__bad(r, "two numbers joined by a colon were expected, not '%s'");
+    r->length = (size_t)(colon - word);
+    ok = lflare__value(r, q1, a);
+    r->word = colon + 1;
+    r->length = length - (size_t)(colon + 1 - word);
+    return ok && lflare__value(r, q2, b);
+}
+
+/* The rest of the line as a text. */
+static int lflare__text(lflare__reader *r, char *out, size_t size)
+{
+    const char *last;
+    size_t n;
+    if (out[0] != 0) return lflare__bad(r, "'%s' is given twice");
+    while (r->at < r->end && (*r->at == ' ' || *r->at == '\t')) r->at++;
+    r->word = r->at;
+    while (r->at < r->end && !lflare__line_end(*r->at)) r->at++;
+    for (last = r->at; last > r->word && (last[-1] == ' ' || last[-1] == '\t'); last--) {}
+    n = r->length = (size_t)(last - r->word);
+    if (n == 0) return lflare__bad(r, "a text is missing here");
+    if (n >= size) {
+        r->word += size - 1;
+        return lflare__bad(r, "the text is too long from here on");
+    }
+    memcpy(out, r->word, n);
+    out[n] = 0;
+    return 1;
+}
+
+static int lflare__once(lflare__reader *r, uint32_t *seen, uint32_t bit)
+{
+    if ((*seen & bit) != 0) return lflare__bad(r, "'%s' repeats or contradicts what this row already says");
+    *seen |= bit;
+    return 1;
+}
+
+static int lflare__read_coating(lflare__reader *r, lflare_prescription *p, lflare_surface *s)
+{
+    if (!lflare__word(r)) return lflare__bad(r, "'none', 'quarter NM' or 'stack N:NM ...' is missing after 'coating'");
+    if (lflare__is(r, "none")) return 1;
+    if (lflare__is(r, "quarter")) {
+        s->coating = LFLARE_COATING_QUARTER;
+        return lflare__next_value(r, LFLARE__NM, "quarter", &s->quarter_nm);
+    }
+    if (!lflare__is(r, "stack")) return lflare__bad(r, "'none', 'quarter NM' or 'stack N:NM ...' was expected, not '%s'");
+    s->coating = LFLARE_COATING_STACK;
+    s->first_layer = p->layer_count;
+    for (;;) {
+        const char *back = r->at;
+        lflare_layer *layer = &p->layers[p->layer_count];
+        if (!lflare__word(r) || memchr(r->word, ':', r->length) == NULL) {
+            if (s->layer_count == 0) return lflare__bad(r, "a layer such as 1.38:99.6 was expected, not '%s'");
+            r->at = back;
+            return 1;
+        }
+        if (p->layer_count == LFLARE_MAX_LAYERS) return lflare__bad(r, "more than 1024 coating layers");
+        if (!lflare__split(r, LFLARE__FILM_INDEX, &layer->n, LFLARE__FILM_NM, &layer->thickness_nm)) return 0;
+        p->layer_count++;
+        s->layer_count++;
+    }
+}
+
+static int lflare__read_asphere(lflare__reader *r, lflare_surface *s)
+{
+    int32_t count = 0;
+    for (;;) {
+        const char *back = r->at;
+        double power = 0, value = 0;
+        int32_t i;
+        if (!lflare__word(r) || memchr(r->word, ':', r->length) == NULL) {
+            if (count == 0) return lflare__bad(r, "a term such as 4:1.5e-6 was expected, not '%s'");
+            r->at = back;
+            return 1;
+        }
+        if (!lflare__split(r, LFLARE__COEFFICIENT, &power, LFLARE__COEFFICIENT, &value)) return 0;
+        i = power >= 2 && power <= 16 ? (int32_t)power / 2 - 1 : -1;
+        if (i < 0 || power != 2.0 * (i + 1)) return lflare__bad(r, "the power of an aspheric term is even, 2 to 16");
+        if (s->aspheric[i] != 0) return lflare__bad(r, "this power is given twice");
+        s->aspheric[i] = value;
+        count++;
+    }
+}
+
+/* One option of a row; the word is read. */
+static int lflare__read_option(lflare__reader *r, lflare_prescription *p, lflare_surface *s, uint32_t *seen)
+{
+    enum { MEDIUM = 1, GLASS = 2, SEMI = 4, CONIC = 8, ASPHERE = 16, COATING = 32 };
+    lflare_medium *m = &s->medium;
+    int32_t i;
+    if (lflare__is(r, "semi")) return lflare__once(r, seen, SEMI) && lflare__next_value(r, LFLARE__SEMI, "semi", &s->semi_diameter);
+    if (s->is_stop) return lflare__bad(r, "a stop has a gap and 'semi' only, not '%s'");
+    if (lflare__is(r, "air")) return lflare__once(r, seen, MEDIUM);
+    if (lflare__is(r, "n")) {
+        m->kind = LFLARE_MEDIUM_CONSTANT;
+        return lflare__once(r, seen, MEDIUM) && lflare__next_value(r, LFLARE__INDEX, "n", &m->c[0]);
+    }
+    if (lflare__is(r, "nd")) {
+        m->kind = LFLARE_MEDIUM_ABBE;
+        if (!lflare__once(r, seen, MEDIUM) || !lflare__next_value(r, LFLARE__INDEX, "nd", &m->c[0])) return 0;
+        if (!lflare__word(r) || !lflare__is(r, "vd"))
+            return lflare__bad(r, "'vd' and the Abbe number must follow nd (or write 'n' for an index without dispersion)");
+        return lflare__next_value(r, LFLARE__ABBE, "vd", &m->c[1]);
+    }
+    if (lflare__is(r, "sellmeier")) {
+        m->kind = LFLARE_MEDIUM_SELLMEIER;
+        if (!lflare__once(r, seen, MEDIUM)) return 0;
+        for (i = 0; i < 6; i++)
+            if (!lflare__next_value(r, LFLARE__COEFFICIENT, "sellmeier", &m->c[i])) return 0;
+        return 1;
+    }
+    if (lflare__is(r, "cauchy")) {
+        m->kind = LFLARE_MEDIUM_CAUCHY;
+        if (!lflare__once(r, seen, MEDIUM)) return 0;
+        for (i = 0; i < 2; i++)
+            if (!lflare__next_value(r, LFLARE__COEFFICIENT, "cauchy", &m->c[i])) return 0;
+        {
+            const char *back = r->at;
+            double c;
+            if (lflare__word(r) && lflare_number_read(r->word, r->length, &c)) return lflare__value(r, LFLARE__COEFFICIENT, &m->c[2]);
+            r->at = back;
+        }
+        return 1;
+    }
+    if (lflare__is(r, "glass")) {
+        if (!lflare__once(r, seen, GLASS)) return 0;
+        if (!lflare__word(r)) return lflare__bad(r, "a name is missing after 'glass'");
+        if (r->length >= sizeof m->glass) return lflare__bad(r, "the glass name '%s' is longer than 23 bytes");
+        memcpy(m->glass, r->word, r->length);
+        return 1;
+    }
+    if (lflare__is(r, "conic")) return lflare__once(r, seen, CONIC) && lflare__next_value(r, LFLARE__CONIC, "conic", &s->conic);
+    if (lflare__is(r, "asphere")) return lflare__once(r, seen, ASPHERE) && lflare__read_asphere(r, s);
+    if (lflare__is(r, "coating")) return lflare__once(r, seen, COATING) && lflare__read_coating(r, p, s);
+    return lflare__bad(r, "unknown word '%s' in a surface's row");
+}
+
+static int lflare__read_row(lflare__reader *r, lflare_prescription *p)
+{
+    lflare_surface *s;
+    uint32_t seen = 0;
+    if (p->surface_count == LFLARE_MAX_SURFACES) return lflare__bad(r, "more than 128 rows");
+    if (p->focus) return lflare__bad(r, "a row follows the one whose gap is 'focus', which only the last can have");
+    s = &p->surfaces[p->surface_count++];
+    s->line = r->line;
+    s->is_stop = lflare__is(r, "stop");
+    if (!s->is_stop && !lflare__is(r, "flat")) {
+        double radius;
+        if (!lflare_number_read(r->word, r->length, &radius))
+            return lflare__bad(r, "unknown word '%s' (a row begins with a radius, 'flat' or 'stop')");
+        if (!lflare__value(r, LFLARE__RADIUS, &s->radius)) return 0;
+    }
+    if (!lflare__word(r)) return lflare__bad(r, "the gap to the next row is missing");
+    if (lflare__is(r, "focus")) p->focus = 1;
+    else if (!lflare__value(r, LFLARE__GAP, &s->thickness)) return 0;
+    while (lflare__word(r))
+        if (!lflare__read_option(r, p, s, &seen)) return 0;
+    return 1;
+}
+
+static int lflare__read_statement(lflare__reader *r, lflare_prescription *p)
+{
+    if (lflare__is(r, "lensflare")) return lflare__bad(r, "'lensflare' is given twice");
+    if (lflare__is(r, "name")) return lflare__text(r, p->name, sizeof p->name);
+    if (lflare__is(r, "patent")) return lflare__text(r, p->patent, sizeof p->patent);
+    if (lflare__is(r, "source")) return lflare__text(r, p->source, sizeof p->source);
+    if (lflare__is(r, "fnumber")) {
+        if (p->fnumber != 0) return lflare__bad(r, "'%s' is given twice");
+        return lflare__next_value(r, LFLARE__FNUMBER, "fnumber", &p->fnumber);
+    }
+    if (lflare__is(r, "sensor")) {
+        if (p->sensor_width != 0) return lflare__bad(r, "'%s' is given twice");
+        return lflare__next_value(r, LFLARE__SIZE, "sensor", &p->sensor_width) &&
+               lflare__next_value(r, LFLARE__SIZE, "sensor", &p->sensor_height);
+    }
+    return lflare__read_row(r, p);
+}
+
+/* Byte order marks, other encodings, control characters: found before anything else is. */
+static int lflare__check_bytes(lflare__reader *r)
+{
+    const char *p = r->at, *line = p;
+    int32_t n = 1;
+    size_t size = (size_t)(r->end - r->at);
+    r->length = 0;
+    r->word = p;
+    if (size >= 2 && (((uint8_t)p[0] == 0xff && (uint8_t)p[1] == 0xfe) || ((uint8_t)p[0] == 0xfe && (uint8_t)p[1] == 0xff)))
+        return lflare__bad(r, "the text is UTF-16: save it as UTF-8");
+    for (; p < r->end; p++) {
+        uint8_t ch = (uint8_t)*p;
+        if (lflare__line_end(*p)) {
+            if (*p == '\r' && p + 1 < r->end && p[1] == '\n') p++;
+            n++;
+            line = p + 1;
+        } else if ((ch < 32 && ch != '\t') || ch == 127) {
+            r->line = n;
+            r->line_start = line;
+            r->word = p;
+            return lflare__bad(r, ch == 0 ? "a zero byte: this is not a text (or it is UTF-16: save it as UTF-8)" : "a control character");
+        }
+    }
+    return 1;
+}
+
+LFLARE_API lflare_result lflare_text_read(const char *text, size_t size, lflare_prescription *out, lflare_error *error)
+{
+    lflare__reader r;
+    int32_t statements = 0;
+    if (error != NULL) memset(error, 0, sizeof *error);
+    if (out == NULL || (text == NULL && size > 0)) return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "no text or no prescription given");
+    memset(out, 0, sizeof *out);
+    memset(&r, 0, sizeof r);
+    r.at = r.line_start = text != NULL ? text : "";
+    r.end = r.at + size;
+    r.line = 1;
+    r.error = error;
+    if (!lflare__check_bytes(&r)) return r.failed;
+    if (size >= 3 && memcmp(r.at, "\xef\xbb\xbf", 3) == 0) r.at += 3;
+    while (r.at < r.end) {
+        if (lflare__word(&r)) {
+            if (statements++ == 0) {
+                double version = 0;
+                if (!lflare__is(&r, "lensflare")) lflare__bad(&r, "the first statement must be 'lensflare 1', not '%s'");
+                else if (!lflare__word(&r) || !lflare_number_read(r.word, r.length, &version) || version != 1)
+                    lflare__bad(&r, "this reader knows version 1 of the format, not '%s'");
+            } else {
+                lflare__read_statement(&r, out);
+            }
+            if (r.failed == LFLARE_OK && lflare__word(&r)) lflare__bad(&r, "'%s' is one word too many");
+        }
+        if (r.failed != LFLARE_OK) return r.failed;
+        while (r.at < r.end && !lflare__line_end(*r.at)) r.at++; /* a comment */
+        if (r.at < r.end) {
+            r.at += r.at + 1 < r.end && r.at[0] == '\r' && r.at[1] == '\n' ? 2 : 1;
+            r.line++;
+            r.line_start = r.at;
+        }
+    }
+    r.word = r.at;
+    r.length = 0;
+    if (statements == 0) lflare__bad(&r, "the text is empty; it should begin with 'lensflare 1'");
+    else if (out->surface_count == 0) lflare__bad(&r, "there are no surfaces");
+    return r.failed;
+}
+
+/* Bytes written so far, counting those that no longer fit. */
+typedef struct lflare__writer {
+    char *at;
+    size_t room, size, line_start;
+} lflare__writer;
+
+static void lflare__put_bytes(lflare__writer *w, const char *bytes, size_t n)
+{
+    size_t i;
+    for (i = 0; i < n; i++, w->size++)
+        if (w->size < w->room) w->at[w->size] = bytes[i];
+}
+
+static void lflare__put(lflare__writer *w, const char *text) { lflare__put_bytes(w, text, strlen(text)); }
+
+static void lflare__put_number(lflare__writer *w, const char *before, double v)
+{
+    char number[32];
+    lflare__put(w, before);
+    lflare__put_bytes(w, number, (size_t)lflare_number_write(v, number));
+}
+
+static void lflare__put_line(lflare__writer *w)
+{
+    lflare__put(w, "\n");
+    w->line_start = w->size;
+}
+
+/* Pads to a column, with one blank at least. */
+static void lflare__put_column(lflare__writer *w, size_t column)
+{
+    do lflare__put(w, " ");
+    while (w->size - w->line_start < column);
+}
+
+/* A text with anything that would end its line, or a label with anything that would end its word, made a blank or '_'. */
+static void lflare__put_clean(lflare__writer *w, const char *text, size_t size, int word)
+{
+    size_t i;
+    for (i = 0; i < size && text[i] != 0; i++) {
+        char ch = text[i];
+        if (word ? ((uint8_t)ch <= 32 || ch == 127 || ch == '#') : ((uint8_t)ch < 32 || ch == 127)) ch = word ? '_' : ' ';
+        lflare__put_bytes(w, &ch, 1);
+    }
+}
+
+static void lflare__put_medium(lflare__writer *w, const lflare_medium *m)
+{
+    int32_t i;
+    switch (m->kind) {
+    case LFLARE_MEDIUM_CONSTANT: lflare__put_number(w, "n ", m->c[0]); break;
+    case LFLARE_MEDIUM_ABBE:
+        lflare__put_number(w, "nd ", m->c[0]);
+        lflare__put_number(w, " vd ", m->c[1]);
+        break;
+    case LFLARE_MEDIUM_SELLMEIER:
+        for (i = 0; i < 6; i++) lflare__put_number(w, i == 0 ? "sellmeier " : " ", m->c[i]);
+        break;
+    case LFLARE_MEDIUM_CAUCHY:
+        for (i = 0; i < 3; i++) lflare__put_number(w, i == 0 ? "cauchy " : " ", m->c[i]);
+        break;
+    default: lflare__put(w, "air"); break;
+    }
+    if (m->glass[0] != 0) {
+        lflare__put(w, " glass ");
+        lflare__put_clean(w, m->glass, sizeof m->glass, 1);
+    }
+}
+
+static void lflare__put_row(lflare__writer *w, const lflare_prescription *p, int32_t index)
+{
+    const lflare_surface *s = &p->surfaces[index];
+    int32_t i;
+    if (s->is_stop) lflare__put(w, "stop");
+    else if (s->radius == 0) lflare__put(w, "flat");
+    else lflare__put_number(w, "", s->radius);
+    lflare__put_column(w, 12);
+    if (p->focus && index == p->surface_count - 1) lflare__put(w, "focus");
+    else lflare__put_number(w, "", s->thickness);
+    if (!s->is_stop) {
+        lflare__put_column(w, 22);
+        lflare__put_medium(w, &s->medium);
+    }
+    if (s->semi_diameter != 0) {
+        lflare__put_column(w, 60);
+        lflare__put_number(w, "semi ", s->semi_diameter);
+    }
+    if (s->is_stop) return;
+    if (s->conic != 0) lflare__put_number(w, " conic ", s->conic);
+    {
+        const char *before = " asphere ";
+        for (i = 0; i < 8; i++)
+            if (s->aspheric[i] != 0) {
+                lflare__put_number(w, before, 2.0 * (i + 1));
+                lflare__put_number(w, ":", s->aspheric[i]);
+                before = " ";
+            }
+    }
+    if (s->coating == LFLARE_COATING_QUARTER) lflare__put_number(w, " coating quarter ", s->quarter_nm);
+    if (s->coating == LFLARE_COATING_STACK)
+        for (i = 0; i < s->layer_count; i++) {
+            const lflare_layer *layer = &p->layers[s->first_layer + i];
+            lflare__put_number(w, i == 0 ? " coating stack " : " ", layer->n);
+            lflare__put_number(w, ":", layer->thickness_nm);
+        }
+}
+
+LFLARE_API lflare_result lflare_text_write(const lflare_prescription *p, char *text, size_t *size)
+{
+    lflare__writer w;
+    int32_t i;
+    if (p == NULL || size == NULL || (text == NULL && *size > 0)) return LFLARE_ERROR_ARGUMENT;
+    if (p->surface_count < 0 || p->surface_count > LFLARE_MAX_SURFACES) return LFLARE_ERROR_ARGUMENT;
+    for (i = 0; i < p->surface_count; i++) {
+        const lflare_surface *s = &p->surfaces[i];
+        if (s->coating == LFLARE_COATING_STACK &&
+            (s->first_layer < 0 || s->layer_count < 0 || s->first_layer > LFLARE_MAX_LAYERS - s->layer_count))
+            return LFLARE_ERROR_ARGUMENT;
+    }
+    memset(&w, 0, sizeof w);
+    w.at = text;
+    w.room = *size;
+    lflare__put(&w, "lensflare 1\n");
+    for (i = 0; i < 3; i++) {
+        static const char *const words[3] = {"name      ", "patent    ", "source    "};
+        const char *value = i == 0 ? p->name : i == 1 ? p->patent : p->source;
+        if (value[0] == 0) continue;
+        lflare__put(&w, words[i]);
+        lflare__put_clean(&w, value, i == 2 ? sizeof p->source : sizeof p->name, 0);
+        lflare__put(&w, "\n");
+    }
+    if (p->fnumber != 0) {
+        lflare__put_number(&w, "fnumber   ", p->fnumber);
+        lflare__put(&w, "\n");
+    }
+    if (p->sensor_width != 0) {
+        lflare__put_number(&w, "sensor    ", p->sensor_width);
+        lflare__put_number(&w, " ", p->sensor_height);
+        lflare__put(&w, "\n");
+    }
+    lflare__put(&w, "\n# radius    gap       medium behind\n");
+    w.line_start = w.size;
+    for (i = 0; i < p->surface_count; i++) {
+        lflare__put_row(&w, p, i);
+        lflare__put_line(&w);
+    }
+    *size = w.size;
+    return w.size > w.room ? LFLARE_INCOMPLETE : LFLARE_OK;
+}
+
+/* >> 3 glass */
+
+#define LFLARE__NM_D 587.5618
+#define LFLARE__NM_F 486.1327
+#define LFLARE__NM_C 656.2725
+
+/* Red, green and blue of the model (P 4). */
+static const double lflare__rgb_nm[LFLARE_WAVELENGTHS] = {650, 510, 475};
+
+LFLARE_API double lflare_index(const lflare_medium *m, double nm)
+{
+    const double *c = m->c;
+    double um = nm * 1e-3, l2 = um * um;
+    switch (m->kind) {
+    case LFLARE_MEDIUM_CONSTANT: return c[0];
+    case LFLARE_MEDIUM_ABBE: {
+        double slope = (c[0] - 1) / c[1] / (1 / (LFLARE__NM_F * LFLARE__NM_F) - 1 / (LFLARE__NM_C * LFLARE__NM_C));
+        return c[0] + slope * (1 / (nm * nm) - 1 / (LFLARE__NM_D * LFLARE__NM_D));
+    }
+    case LFLARE_MEDIUM_SELLMEIER: return sqrt(1 + c[0] * l2 / (l2 - c[3]) + c[1] * l2 / (l2 - c[4]) + c[2] * l2 / (l2 - c[5]));
+    case LFLARE_MEDIUM_CAUCHY: return c[0] + c[1] / l2 + c[2] / (l2 * l2);
+    default: return 1;
+    }
+}
+
+/* n[i] in front of surface i, n[i + 1] behind it; the stop takes the medium that it stands in. */
+static void lflare__indices(const lflare_prescription *p, double nm, double *n)
+{
+    int32_t i;
+    n[0] = 1;
+    for (i = 0; i < p->surface_count; i++) n[i + 1] = p->surfaces[i].is_stop ? n[i] : lflare_index(&p->surfaces[i].medium, nm);
+}
+
+/* >> 4 paraxial */
+/* P 2, after LE table 2. Matrices act on (height, slope); going backwards a surface shows its other side: its radius
+   changes sign and the media swap (not the inverse matrix, as LE have it). */
+
+static const lflare_matrix lflare__identity = {1, 0, 0, 1};
+
+/* The matrices that follow multiply from the left, in place: what the ray meets next. */
+static void lflare__translate(lflare_matrix *m, double d)
+{
+    m->a += d * m->c;
+    m->b += d * m->d;
+}
+
+static void lflare__refract(lflare_matrix *m, double n1, double n2, double curvature)
+{
+    double power = (n1 - n2) / n2 * curvature, ratio = n1 / n2;
+    m->c = power * m->a + ratio * m->c;
+    m->d = power * m->b + ratio * m->d;
+}
+
+static void lflare__reflect(lflare_matrix *m, double curvature)
+{
+    m->c += 2 * curvature * m->a;
+    m->d += 2 * curvature * m->b;
+}
+
+static lflare_matrix lflare__product(lflare_matrix l, lflare_matrix r)
+{
+    lflare_matrix m;
+    m.a = l.a * r.a + l.b * r.c;
+    m.b = l.a * r.b + l.b * r.d;
+    m.c = l.c * r.a + l.d * r.c;
+    m.d = l.c * r.b + l.d * r.d;
+    return m;
+}
+
+static lflare_matrix lflare__inverse(lflare_matrix m)
+{
+    double det = m.a * m.d - m.b * m.c;
+    lflare_matrix r;
+    r.a = m.d / det;
+    r.b = -m.b / det;
+    r.c = -m.c / det;
+    r.d = m.a / det;
+    return r;
+}
+
+/* Everything paraxial that depends on the wavelength, for all ghosts at once: prefix and suffix products. */
+typedef struct lflare__paraxial {
+    double n[LFLARE_MAX_SURFACES + 1];
+    lflare_matrix before[LFLARE_MAX_SURFACES + 1]; /* entrance to just before surface i; the last entry: to the sensor */
+    lflare_matrix to_stop[LFLARE_MAX_SURFACES];    /* from just behind surface i < stop to the stop */
+    lflare_matrix to_sensor[LFLARE_MAX_SURFACES];  /* from just behind surface i to the sensor */
+} lflare__paraxial;
+
+/* The suffixes run towards the front: to_x(i-1) = to_x(i) refraction(i) gap(i-1). */
+static void lflare__paraxial_make(const lflare_lens *lens, double nm, lflare__paraxial *x)
+{
+    const lflare_surface *s = lens->prescription.surfaces;
+    int32_t i, count = lens->surface_count;
+    lflare_matrix m = lflare__identity;
+    lflare__indices(&lens->prescription, nm, x->n);
+    for (i = 0; i < count; i++) {
+        x->before[i] = m;
+        lflare__refract(&m, x->n[i], x->n[i + 1], lens->curvature[i]);
+        lflare__translate(&m, s[i].thickness);
+    }
+    x->before[count] = m;
+    for (i = count - 1; i >= 0; i--) {
+        lflare_matrix step = lflare__identity;
+        lflare__translate(&step, s[i].thickness);
+        if (i == lens->stop - 1) x->to_stop[i] = step;
+        if (i + 1 < count) lflare__refract(&step, x->n[i + 1], x->n[i + 2], lens->curvature[i + 1]);
+        x->to_sensor[i] = i + 1 < count ? lflare__product(x->to_sensor[i + 1], step) : step;
+        if (i < lens->stop - 1) x->to_stop[i] = lflare__product(x->to_stop[i + 1], step);
+    }
+}
+
+LFLARE_API lflare_matrix lflare_system_matrix(const lflare_lens *lens, double nm)
+{
+    double n[LFLARE_MAX_SURFACES + 1];
+    lflare_matrix m = lflare__identity;
+    int32_t i;
+    lflare__indices(&lens->prescription, nm, n);
+    for (i = 0; i < lens->surface_count; i++) {
+        lflare__refract(&m, n[i], n[i + 1], lens->curvature[i]);
+        if (i + 1 < lens->surface_count) lflare__translate(&m, lens->prescription.surfaces[i].thickness);
+    }
+    return m;
+}
+
+/* >> 5 lens */
+
+LFLARE_API const char *lflare_result_text(lflare_result result)
+{
+    switch (result) {
+    case LFLARE_OK: return "done";
+    case LFLARE_INCOMPLETE: return "incomplete: the array was too small, or more steps remain";
+    case LFLARE_ERROR_SYNTAX: return "the text is not a prescription";
+    case LFLARE_ERROR_LENS: return "the prescription makes no usable lens";
+    case LFLARE_ERROR_ARGUMENT: return "an argument is missing, out of range or not finite";
+    case LFLARE_ERROR_MEMORY: return "out of memory";
+    case LFLARE_ERROR_FILE: return "the file cannot be read";
+    case LFLARE_ERROR_LIMIT: return "more than was allowed for at creation";
+    }
+    return "unknown result";
+}
+
+LFLARE_API const char *lflare_note_text(const lflare_note *note, char *out, size_t size)
+{
+    int32_t row = note->surface + 1;
+    double v = note->value, w = note->stated;
+    switch (note->kind) {
+    case LFLARE_NOTE_SEMI_DERIVED: lflare__format(out, size, "row %i: semi-diameter %g mm derived from marginal and chief ray", row, v); break;
+    case LFLARE_NOTE_SEMI_REDUCED: lflare__format(out, size, "row %i: semi-diameter %g mm is beyond the surface's end, reduced to %g", row, w, v); break;
+    case LFLARE_NOTE_STOP_DERIVED: lflare__format(out, size, "row %i: the stop's semi-diameter %g mm is derived", row, v); break;
+    case LFLARE_NOTE_FNUMBER_DERIVED: lflare__format(out, size, "f-number %g derived from the stop", v); break;
+    case LFLARE_NOTE_FNUMBER_LIMITED: lflare__format(out, size, "f/%g is stated, but the stop's semi-diameter allows f/%g", w, v); break;
+    case LFLARE_NOTE_SENSOR_ASSUMED: lflare__format(out, size, "no sensor is given: 36 x 24 mm assumed"); break;
+    case LFLARE_NOTE_FOCUS_DERIVED: lflare__format(out, size, "row %i: the sensor is put in focus, %g mm behind", row, v); break;
+    case LFLARE_NOTE_OUT_OF_FOCUS: lflare__format(out, size, "the sensor is %g mm behind the last surface, the paraxial focus %g mm", w, v); break;
+    case LFLARE_NOTE_EDGES_CROSS: lflare__format(out, size, "rows %i and %i cross: %g mm thick at the edge", row, row + 1, v); break;
+    default: lflare__format(out, size, "unknown note"); break;
+    }
+    return out;
+}
+
+LFLARE_API double lflare_sag(const lflare_surface *s, double r)
+{
+    double r2 = r * r, z = 0, term = 1;
+    int32_t i;
+    if (s->radius != 0) {
+        double c = 1 / s->radius, root = 1 - (1 + s->conic) * c * c * r2;
+        z = c * r2 / (1 + sqrt(root)); /* NaN beyond the end */
+    }
+    for (i = 0; i < 8; i++) z += s->aspheric[i] * (term *= r2);
+    return z;
+}
+
+static void lflare__note(lflare_lens *lens, lflare_note_kind kind, int32_t surface, double value, double stated)
+{
+    lflare_note *note;
+    if (lens->note_count == LFLARE_MAX_NOTES) return;
+    note = &lens->notes[lens->note_count++];
+    note->kind = kind;
+    note->surface = surface;
+    note->value = value;
+    note->stated = stated;
+}
+
+/* An index step at any of the wavelengths in use: cemented glasses may agree at one. */
+static int lflare__reflects(const lflare_prescription *p, int32_t i)
+{
+    static const double nm[4] = {LFLARE__NM_D, 650, 510, 475};
+    int32_t k;
+    if (p->surfaces[i].is_stop) return 0;
+    for (k = 0; k < 4; k++) {
+        int32_t j = i - 1;
+        double front;
+        while (j >= 0 && p->surfaces[j].is_stop) j--;
+        front = j < 0 ? 1 : lflare_index(&p->surfaces[j].medium, nm[k]);
+        if (fabs(front - lflare_index(&p->surfaces[i].medium, nm[k])) > 1e-6) return 1;
+    }
+    return 0;
+}
+
+/* Ranges again, for prescriptions made by hand, and what a single row cannot know. */
+static lflare_result lflare__check_row(const lflare_prescription *p, int32_t index, lflare_error *error)
+{
+    const lflare_surface *s = &p->surfaces[index];
+    const char *wrong = NULL;
+    int32_t i;
+    if (s->radius != 0) wrong = lflare__range(LFLARE__RADIUS, s->radius);
+    if (wrong == NULL) wrong = lflare__range(LFLARE__GAP, s->thickness);
+    if (wrong == NULL && s->semi_diameter != 0) wrong = lflare__range(LFLARE__SEMI, s->semi_diameter);
+    if (wrong == NULL) wrong = lflare__range(LFLARE__CONIC, s->conic);
+    for (i = 0; i < 8 && wrong == NULL; i++) wrong = lflare__range(LFLARE__COEFFICIENT, s->aspheric[i]);
+    if (wrong == NULL && s->coating == LFLARE_COATING_QUARTER) wrong = lflare__range(LFLARE__NM, s->quarter_nm);
+    if (wrong == NULL && s->coating == LFLARE_COATING_STACK) {
+        if (s->first_layer < 0 || s->layer_count < 0 || s->first_layer > LFLARE_MAX_LAYERS - s->layer_count) wrong = "the coating's layers lie outside the prescription's";
+        for (i = 0; wrong == NULL && i < s->layer_count; i++) {
+            wrong = lflare__range(LFLARE__FILM_INDEX, p->layers[s->first_layer + i].n);
+            if (wrong == NULL) wrong = lflare__range(LFLARE__FILM_NM, p->layers[s->first_layer + i].thickness_nm);
+        }
+    }
+    if (wrong == NULL && !s->is_stop) {
+        static const double nm[5] = {LFLARE__NM_D, 650, 510, 475, 380};
+        for (i = 0; i < 5; i++) {
+            double n = lflare_index(&s->medium, nm[i]);
+            if (!(n >= 1 && n <= 5)) wrong = "the medium's index of refraction leaves 1 to 5 between 380 and 650 nm";
+        }
+    }
+    if (wrong == NULL) return LFLARE_OK;
+    return lflare__fail(error, LFLARE_ERROR_LENS, s->line, s->line > 0, "row %i: %s", index + 1, wrong);
+}
+
+static lflare_result lflare__check_rows(const lflare_prescription *p, lflare_lens *lens, lflare_error *error)
+{
+    int32_t i, last_line = 0;
+    lflare_medium_kind behind = LFLARE_MEDIUM_AIR;
+    lens->stop = -1;
+    if (p->surface_count < 1 || p->surface_count > LFLARE_MAX_SURFACES)
+        return lflare__fail(error, LFLARE_ERROR_LENS, 0, 0, "a lens has 1 to 128 rows, not %i", p->surface_count);
+    for (i = 0; i < p->surface_count; i++) {
+        const lflare_surface *s = &p->surfaces[i];
+        lflare_result result = lflare__check_row(p, i, error);
+        if (result != LFLARE_OK) return result;
+        last_line = s->line;
+        if (!s->is_stop) behind = s->medium.kind;
+        lens->curvature[i] = (s->radius != 0 ? 1 / s->radius : 0) + 2 * s->aspheric[0];
+        if (!s->is_stop) continue;
+        if (lens->stop >= 0)
+            return lflare__fail(error, LFLARE_ERROR_LENS, s->line, s->line > 0, "a second stop (the first is row %i); a lens has one", lens->stop + 1);
+        if (s->radius != 0) return lflare__fail(error, LFLARE_ERROR_LENS, s->line, s->line > 0, "row %i: the stop must be flat", i + 1);
+        lens->stop = i;
+    }
+    if (lens->stop < 0)
+        return lflare__fail(error, LFLARE_ERROR_LENS, last_line, last_line > 0, "there is no stop: add a row 'stop GAP' where the iris is");
+    if (behind != LFLARE_MEDIUM_AIR)
+        return lflare__fail(error, LFLARE_ERROR_LENS, last_line, last_line > 0, "the lens ends in glass: the medium behind its last surface must be air");
+    return LFLARE_OK;
+}
+
+/* Sensor, focal length, focus: P 2. */
+static lflare_result lflare__derive_image(lflare_lens *lens, lflare_error *error)
+{
+    lflare_prescription *p = &lens->prescription;
+    lflare_surface *last = &p->surfaces[p->surface_count - 1];
+    lflare_matrix m = lflare_system_matrix(lens, LFLARE__NM_D);
+    if (p->sensor_width == 0 && p->sensor_height == 0) {
+        p->sensor_width = 36;
+        p->sensor_height = 24;
+        lflare__note(lens, LFLARE_NOTE_SENSOR_ASSUMED, -1, 36, 0);
+    } else if (lflare__range(LFLARE__SIZE, p->sensor_width) != NULL || lflare__range(LFLARE__SIZE, p->sensor_height) != NULL) {
+        return lflare__fail(error, LFLARE_ERROR_LENS, 0, 0, "%s", lflare__range(LFLARE__SIZE, -1));
+    }
+    lens->sensor_width = p->sensor_width;
+    lens->sensor_height = p->sensor_height;
+    if (!(fabs(m.c) > 1e-9)) return lflare__fail(error, LFLARE_ERROR_LENS, last->line, last->line > 0, "the lens has no focal length: parallel light leaves it parallel");
+    lens->efl = -1 / m.c;
+    lens->bfd = -m.a / m.c;
+    if (!(lens->efl > 0)) return lflare__fail(error, LFLARE_ERROR_LENS, last->line, last->line > 0, "the focal length is negative, %g mm: the lens forms no real image", lens->efl);
+    if (p->focus) {
+        if (!(lens->bfd >= 0)) return lflare__fail(error, LFLARE_ERROR_LENS, last->line, last->line > 0, "'focus' would put the sensor %g mm inside the lens", -lens->bfd);
+        last->thickness = lens->bfd;
+        lflare__note(lens, LFLARE_NOTE_FOCUS_DERIVED, p->surface_count - 1, lens->bfd, 0);
+    } else if (fabs(last->thickness - lens->bfd) > 0.005 * lens->efl) {
+        lflare__note(lens, LFLARE_NOTE_OUT_OF_FOCUS, p->surface_count - 1, lens->bfd, last->thickness);
+    }
+    return LFLARE_OK;
+}
+
+/* Stop from f-number, f-number from stop: P 6. */
+static lflare_result lflare__derive_stop(lflare_lens *lens, const lflare__paraxial *x, lflare_error *error)
+{
+    lflare_prescription *p = &lens->prescription;
+    lflare_surface *stop = &p->surfaces[lens->stop];
+    double a11 = fabs(x->before[lens->stop].a);
+    int32_t i;
+    if (p->fnumber != 0 && lflare__range(LFLARE__FNUMBER, p->fnumber) != NULL)
+        return lflare__fail(error, LFLARE_ERROR_LENS, 0, 0, "%s", lflare__range(LFLARE__FNUMBER, p->fnumber));
+    if (a11 < 1e-6)
+        return lflare__fail(error, LFLARE_ERROR_LENS, stop->line, stop->line > 0, "the stop stands in a focus, where it cannot limit the aperture");
+    if (stop->semi_diameter == 0) {
+        double best = p->fnumber != 0 ? a11 * lens->efl / (2 * p->fnumber) : HUGE_VAL;
+        for (i = 0; p->fnumber == 0 && i < p->surface_count; i++)
+            if (p->surfaces[i].semi_diameter != 0)
+                best = lflare__min(best, p->surfaces[i].semi_diameter * a11 / lflare__max(fabs(x->before[i].a), 1e-9));
+        if (!(best >= 1e-6 && best < 1e6))
+            return lflare__fail(error, LFLARE_ERROR_LENS, stop->line, stop->line > 0, "the aperture is unknown: give 'fnumber', or 'semi' in the stop's row");
+        stop->semi_diameter = best;
+        lflare__note(lens, LFLARE_NOTE_STOP_DERIVED, lens->stop, best, 0);
+    }
+    lens->stop_a11 = x->before[lens->stop].a;
+    lens->fnumber = a11 * lens->efl / (2 * stop->semi_diameter);
+    if (p->fnumber == 0) {
+        p->fnumber = lens->fnumber;
+        lflare__note(lens, LFLARE_NOTE_FNUMBER_DERIVED, -1, lens->fnumber, 0);
+    } else if (p->fnumber < lens->fnumber * 0.995) {
+        lflare__note(lens, LFLARE_NOTE_FNUMBER_LIMITED, -1, lens->fnumber, p->fnumber);
+    }
+    lens->fnumber = lflare__max(lens->fnumber, p->fnumber);
+    return LFLARE_OK;
+}
+
+/* Thickness between rows i and i + 1 at the edge of the smaller. */
+static double lflare__edge(const lflare_prescription *p, int32_t i)
+{
+    double r = lflare__min(p->surfaces[i].semi_diameter, p->surfaces[i + 1].semi_diameter);
+    return p->surfaces[i].thickness + lflare_sag(&p->surfaces[i + 1], r) - lflare_sag(&p->surfaces[i], r);
+}
+
+/* Semi-diameters that are missing pass the whole beam on the axis and half of it at the sensor's corner, as far as spheres
+   and neighbours allow. */
+static void lflare__derive_semis(lflare_lens *lens, const lflare__paraxial *x)
+{
+    lflare_prescription *p = &lens->prescription;
+    double diagonal = sqrt(p->sensor_width * p->sensor_width + p->sensor_height * p->sensor_height);
+    double u = lflare__min(0.5 * diagonal / lens->efl, 1.2);
+    double entrance = p->surfaces[lens->stop].semi_diameter / fabs(lens->stop_a11);
+    double chief = -x->before[lens->stop].b / lens->stop_a11 * u; /* meets the stop's centre */
+    int32_t i, k;
+    for (i = 0; i < p->surface_count; i++) {
+        lflare_surface *s = &p->surfaces[i];
+        int derived = s->semi_diameter == 0;
+        double stated = s->semi_diameter;
+        if (derived) {
+            const lflare_matrix *m = &x->before[i];
+            s->semi_diameter = lflare__clamp(1.02 * lflare__max(fabs(m->a) * entrance, fabs(m->a * chief + m->b * u)), 1e-4, 1e5);
+        }
+        for (k = 0; k < 400 && !lflare__finite(lflare_sag(s, s->semi_diameter * (derived ? 1.03 : 1))); k++) s->semi_diameter *= 0.98;
+        if (derived) lflare__note(lens, LFLARE_NOTE_SEMI_DERIVED, i, s->semi_diameter, 0);
+        else if (k > 0) lflare__note(lens, LFLARE_NOTE_SEMI_REDUCED, i, s->semi_diameter, stated);
+    }
+    for (i = 0; i < lens->note_count; i++) { /* neighbours: only what was derived gives way */
+        lflare_note *note = &lens->notes[i];
+        if (note->kind != LFLARE_NOTE_SEMI_DERIVED) continue;
+        for (k = 0; k < 200; k++) {
+            int32_t j = note->surface;
+            if ((j == 0 || lflare__edge(p, j - 1) >= 0) && (j + 1 >= p->surface_count || lflare__edge(p, j) >= 0)) break;
+            if (p->surfaces[j].semi_diameter < 0.5 * entrance * fabs(x->before[j].a)) break;
+            note->value = p->surfaces[j].semi_diameter *= 0.98;
+        }
+    }
+    for (i = 0; i + 1 < p->surface_count; i++) {
+        double edge = lflare__edge(p, i);
+        if (edge < -0.01 * lflare__min(p->surfaces[i].semi_diameter, p->surfaces[i + 1].semi_diameter))
+            lflare__note(lens, LFLARE_NOTE_EDGES_CROSS, i, edge, 0);
+    }
+}
+
+LFLARE_API lflare_result lflare_lens_derive(const lflare_prescription *prescription, lflare_lens *lens, lflare_error *error)
+{
+    lflare__paraxial x;
+    lflare_result result;
+    if (error != NULL) memset(error, 0, sizeof *error);
+    if (prescription == NULL || lens == NULL) return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "no prescription or no lens given");
+    memset(lens, 0, sizeof *lens);
+    lens->prescription = *prescription;
+    lens->surface_count = prescription->surface_count;
+    result = lflare__check_rows(&lens->prescription, lens, error);
+    if (result == LFLARE_OK) result = lflare__derive_image(lens, error);
+    if (result != LFLARE_OK) return result;
+    lflare__paraxial_make(lens, LFLARE__NM_D, &x);
+    result = lflare__derive_stop(lens, &x, error);
+    if (result != LFLARE_OK) return result;
+    lflare__derive_semis(lens, &x);
+    lens->ghost_count = 0;
+    lflare_ghost_list(lens, NULL, &lens->ghost_count);
+    return LFLARE_OK;
+}
+
+/* >> 6 ghosts */
+
+LFLARE_API lflare_result lflare_ghost_list(const lflare_lens *lens, lflare_pair *out, int32_t *count)
+{
+    int32_t i, j, n = 0, room;
+    int reflects[LFLARE_MAX_SURFACES];
+    if (lens == NULL || count == NULL || (out == NULL && *count > 0)) return LFLARE_ERROR_ARGUMENT;
+    room = *count;
+    for (i = 0; i < lens->surface_count; i++) reflects[i] = lflare__reflects(&lens->prescription, i);
+    for (i = 1; i < lens->surface_count; i++)
+        for (j = i > lens->stop ? lens->stop + 1 : 0; j < i && reflects[i]; j++) {
+            if (!reflects[j]) continue;
+            if (n < room) {
+                out[n].first = i;
+                out[n].second = j;
+            }
+            n++;
+        }
+    *count = n;
+    return n > room ? LFLARE_INCOMPLETE : LFLARE_OK;
+}
+
+static int lflare__valid_pair(const lflare_lens *lens, lflare_pair p)
+{
+    return p.second >= 0 && p.second < p.first && p.first < lens->surface_count && p.second != lens->stop && p.first != lens->stop &&
+           (p.first < lens->stop) == (p.second < lens->stop);
+}
+
+/* From just before `first`, going forward, to just before `second`, coming back: the part that all ghosts of one `first`
+   share step by step. */
+static void lflare__back_start(const lflare_lens *lens, int32_t first, lflare_matrix *m)
+{
+    lflare__reflect(m, lens->curvature[first]);
+    lflare__translate(m, lens->prescription.surfaces[first - 1].thickness);
+}
+
+static void lflare__back_step(const lflare_lens *lens, const double *n, int32_t surface, lflare_matrix *m)
+{
+    lflare__refract(m, n[surface + 1], n[surface], -lens->curvature[surface]);
+    lflare__translate(m, lens->prescription.surfaces[surface - 1].thickness);
+}
+
+LFLARE_API lflare_result lflare_ghost_optics(const lflare_lens *lens, double nm, const lflare_pair *pairs, int32_t count, lflare_ghost_matrices *out)
+{
+    lflare__paraxial x;
+    lflare_matrix back = lflare__identity;
+    int32_t g, first = -1, at = -1; /* `back` carries from the entrance to just before surface `at`, coming from `first` */
+    if (lens == NULL || count < 0 || (count > 0 && (pairs == NULL || out == NULL))) return LFLARE_ERROR_ARGUMENT;
+    lflare__paraxial_make(lens, nm, &x);
+    for (g = count - 1; g >= 0; g--) { /* the list has second ascending: downwards every step is new */
+        lflare_pair p = pairs[g];
+        lflare_matrix m;
+        if (!lflare__valid_pair(lens, p)) return LFLARE_ERROR_ARGUMENT;
+        if (p.first != first || p.second > at) {
+            first = p.first;
+            at = first - 1;
+            back = x.before[first];
+            lflare__back_start(lens, first, &back);
+        }
+        for (; at > p.second; at--) lflare__back_step(lens, x.n, at, &back);
+        m = back;
+        lflare__reflect(&m, -lens->curvature[p.second]);
+        out[g].m = lflare__product(x.to_sensor[p.second], m);
+        if (p.first < lens->stop) {
+            out[g].ma = lflare__product(x.to_stop[p.second], m);
+            out[g].ms = x.to_sensor[lens->stop];
+        } else {
+            out[g].ma = x.before[lens->stop];
+            out[g].ms = lflare__product(out[g].m, lflare__inverse(out[g].ma));
+        }
+    }
+    return LFLARE_OK;
+}
+
+/* Walks the path, one crossing a call; m carries from the entrance to just before the crossing. */
+typedef struct lflare__walk {
+    const lflare_lens *lens;
+    const double *n;
+    lflare_pair pair;
+    lflare_matrix m;
+    int32_t surface, leg; /* leg 0 forward, 1 back, 2 forward again */
+} lflare__walk;
+
+static void lflare__walk_start(lflare__walk *w, const lflare_lens *lens, const double *n, lflare_pair pair)
+{
+    w->lens = lens;
+    w->n = n;
+    w->pair = pair;
+    w->m = lflare__identity;
+    w->surface = 0;
+    w->leg = 0;
+}
+
+static int lflare__walk_next(lflare__walk *w, lflare_crossing *out)
+{
+    const lflare_surface *s = w->lens->prescription.surfaces;
+    int32_t i = w->surface;
+    double c;
+    if (i >= w->lens->surface_count) return 0;
+    out->surface = i;
+    out->reflected = (w->leg == 0 && i == w->pair.first) || (w->leg == 1 && i == w->pair.second);
+    out->backwards = w->leg == 1;
+    out->n_in = w->n[i + out->backwards];
+    out->n_out = w->n[i + 1 - out->backwards];
+    c = out->backwards ? -w->lens->curvature[i] : w->lens->curvature[i];
+    out->a = w->m.a;
+    out->b = w->m.b;
+    out->p = w->m.c + c * w->m.a;
+    out->q = w->m.d + c * w->m.b;
+    if (out->reflected) {
+        lflare__reflect(&w->m, c);
+        w->leg++;
+    } else {
+        lflare__refract(&w->m, out->n_in, out->n_out, c);
+    }
+    w->surface = w->leg == 1 ? i - 1 : i + 1;
+    lflare__translate(&w->m, s[w->leg == 1 ? i - 1 : i].thickness);
+    return 1;
+}
+
+LFLARE_API lflare_result lflare_ghost_path(const lflare_lens *lens, double nm, lflare_pair pair, lflare_crossing *out, int32_t *count)
+{
+    double n[LFLARE_MAX_SURFACES + 1];
+    lflare__walk walk;
+    lflare_crossing crossing;
+    int32_t used = 0;
+    if (lens == NULL || count == NULL || (out == NULL && *count > 0) || !lflare__valid_pair(lens, pair)) return LFLARE_ERROR_ARGUMENT;
+    lflare__indices(&lens->prescription, nm, n);
+    lflare__walk_start(&walk, lens, n, pair);
+    while (lflare__walk_next(&walk, &crossing)) {
+        if (used < *count) out[used] = crossing;
+        used++;
+    }
+    if (used <= *count) { *count = used; return LFLARE_OK; }
+    *count = used;
+    return LFLARE_INCOMPLETE;
+}
+
+/* A clipping condition |a r + b u| <= h as a circle in the entrance plane. Where a is tiny the rim passes all or nothing;
+   a circle of 10^4 times the entrance then stands for its nearly straight edge (P 3). */
+static lflare_circle lflare__circle(double a, double b, double h, double entrance)
+{
+    lflare_circle c;
+    double least = 1e-4 * h / entrance;
+    if (fabs(a) < least) a = a < 0 ? -least : least;
+    c.centre = -b / a;
+    c.radius = h / fabs(a);
+    return c;
+}
+
+/* The boundary above the axis is y^2 = min over circles of (r^2 - (x - cu)^2) = min(alpha + beta x) - x^2: a lower envelope
+   of lines, walked from left to right. `visit`, per stretch, gets circle and ends. */
+typedef struct lflare__stretch {
+    int32_t circle;
+    double from, to;
+} lflare__stretch;
+
+static double lflare__line_at(lflare_circle c, double u, double x)
+{
+    return (c.radius - c.centre * u) * (c.radius + c.centre * u) + 2 * c.centre * u * x;
+}
+
+static int32_t lflare__envelope(const lflare_circle *c, int32_t count, double u, lflare__stretch *out, double *lo, double *hi)
+{
+    int32_t k, n = 0, at = 0;
+    double x;
+    *lo = -HUGE_VAL;
+    *hi = HUGE_VAL;
+    for (k = 0; k < count; k++) {
+        double left = c[k].centre * u - c[k].radius, right = c[k].centre * u + c[k].radius;
+        if (left > *lo || (left == *lo && c[k].radius < c[at].radius)) { *lo = left; at = k; }
+        *hi = lflare__min(*hi, right);
+    }
+    if (!(*lo < *hi)) return 0;
+    for (x = *lo; n < count;) {
+        double next = *hi;
+        int32_t follower = -1;
+        for (k = 0; k < count; k++) { /* only lines of lesser slope can get below */
+            double slope = 2 * u * (c[at].centre - c[k].centre), cross;
+            if (!(slope > 0)) continue;
+            cross = (lflare__line_at(c[k], u, 0) - lflare__line_at(c[at], u, 0)) / slope;
+            if (cross < next) { next = lflare__max(cross, x); follower = k; }
+        }
+        out[n].circle = at;
+        out[n].from = x;
+        out[n].to = next;
+        n++;
+        if (follower < 0) break;
+        x = next;
+        at = follower;
+    }
+    return n;
+}
+
+/* Integrals over one stretch of circle, between t = x - cu of its ends: area, first moment, turning. */
+static double lflare__chord(double r, double t) { return sqrt(lflare__max((r - t) * (r + t), 0)); }
+
+LFLARE_API lflare_region lflare_region_of(const lflare_circle *circles, int32_t count, double u, double *turn)
+{
+    lflare__stretch stretches[LFLARE_MAX_CIRCLES];
+    lflare_region region;
+    double moment = 0;
+    int32_t i, n;
+    LFLARE_ASSERT(count >= 1 && count <= LFLARE_MAX_CIRCLES);
+    n = lflare__envelope(circles, count, u, stretches, &region.lo, &region.hi);
+    region.area = 0;
+    region.centroid = 0.5 * (region.lo + region.hi);
+    for (i = 0; turn != NULL && i < count; i++) turn[i] = 0;
+    for (i = 0; i < n; i++) {
+        lflare_circle c = circles[stretches[i].circle];
+        double centre = c.centre * u, r = c.radius;
+        double t0 = lflare__clamp(stretches[i].from - centre, -r, r), t1 = lflare__clamp(stretches[i].to - centre, -r, r);
+        double y0 = lflare__chord(r, t0), y1 = lflare__chord(r, t1);
+        double angle = asin(t1 / r) - asin(t0 / r);
+        double area = t1 * y1 - t0 * y0 + r * r * angle; /* both halves */
+        region.area += area;
+        moment += centre * area + 2.0 / 3.0 * (y0 * y0 * y0 - y1 * y1 * y1);
+        if (turn != NULL) turn[stretches[i].circle] += 2 * angle;
+    }
+    if (region.area > 1e-12 * (region.hi - region.lo) * (region.hi - region.lo))
+        region.centroid = lflare__clamp(moment / region.area, region.lo, region.hi);
+    else
+        region.area = 0;
+    return region;
+}
+
+/* From this slope on two of the circles no longer meet; all circles on one line meet if each two do. */
+static double lflare__hidden_slope(const lflare_circle *c, int32_t count)
+{
+    double u = 60; /* 89 degrees */
+    int32_t i, k;
+    for (i = 0; i < count; i++)
+        for (k = 0; k < i; k++)
+            if ((c[i].radius + c[k].radius) < u * fabs(c[i].centre - c[k].centre))
+                u = (c[i].radius + c[k].radius) / fabs(c[i].centre - c[k].centre);
+    return u;
+}
+
+/* All circles of a path: the pupil (front rim) at 0, the iris at 1, the rest after them. At most one per crossing. */
+static int32_t lflare__path_circles(const lflare_lens *lens, const double *n, lflare_pair pair, double iris, lflare_circle *out)
+{
+    const lflare_surface *s = lens->prescription.surfaces;
+    double entrance = s[0].semi_diameter;
+    int32_t used = 2;
+    lflare__walk walk;
+    lflare_crossing x;
+    lflare__walk_start(&walk, lens, n, pair);
+    out[0].centre = 0;
+    out[0].radius = entrance;
+    while (lflare__walk_next(&walk, &x)) {
+        if (x.surface == lens->stop) out[1] = lflare__circle(x.a, x.b, iris, entrance);
+        else out[used++] = lflare__circle(x.a, x.b, s[x.surface].semi_diameter, entrance);
+    }
+    return used;
+}
+
+LFLARE_API lflare_clip lflare_ghost_clip(const lflare_lens *lens, double nm, lflare_pair pair, double iris, double u, lflare_region *region)
+{
+    lflare_circle c[LFLARE_MAX_CIRCLES], pupil;
+    int32_t count, k;
+    double n[LFLARE_MAX_SURFACES + 1], d, whole, worst = 0, ends = 0;
+    lflare_region local;
+    if (region == NULL) region = &local;
+    LFLARE_ASSERT(lflare__valid_pair(lens, pair));
+    u = fabs(u);
+    lflare__indices(&lens->prescription, nm, n);
+    count = lflare__path_circles(lens, n, pair, iris, c);
+    *region = lflare_region_of(c, count, u, NULL);
+    whole = region->area;
+    d = fabs(c[1].centre) * u;
+    if (whole <= 0 || d >= c[0].radius + c[1].radius) return LFLARE_CLIP_HIDDEN;
+    /* what each circle takes from the intersection of the others */
+    for (k = 0; k < count; k++) {
+        lflare_circle kept = c[k];
+        double cut;
+        c[k] = c[k == 0 ? 1 : 0]; /* stands in for the one left out */
+        cut = lflare_region_of(c, count, u, NULL).area - whole;
+        c[k] = kept;
+        if (k < 2) ends = lflare__max(ends, cut);
+        else worst = lflare__max(worst, cut);
+    }
+    if (worst > ends) return LFLARE_CLIP_RIM;
+    pupil = c[0];
+    if (d + c[1].radius <= pupil.radius) return LFLARE_CLIP_IRIS;
+    if (d + pupil.radius <= c[1].radius) return LFLARE_CLIP_PUPIL;
+    return LFLARE_CLIP_BOTH;
+}
+
+/* >> 7 coating */
+
+/* Bare surfaces come out of the empty product; the cosine form has no 0/0 at normal incidence (P 5). */
+LFLARE_API double lflare_film_reflectance(double n0, double n1, const lflare_layer *layers, int32_t count, double nm, double s)
+{
+    double sum = 0;
+    int32_t polarisation, i;
+    double cos0, cos1;
+    if (s >= n0 || s >= n1) return 1;
+    cos0 = sqrt((1 - s / n0) * (1 + s / n0));
+    cos1 = sqrt((1 - s / n1) * (1 + s / n1));
+    for (polarisation = 0; polarisation < 2; polarisation++) {
+        /* characteristic matrix [a, i b; i c, d]: real entries also for evanescent layers */
+        double a = 1, b = 0, c = 0, d = 1;
+        double y0 = polarisation ? n0 / cos0 : n0 * cos0, y1 = polarisation ? n1 / cos1 : n1 * cos1;
+        double er, ei, hr, hi;
+        for (i = 0; i < count; i++) {
+            double n = layers[i].n, k = 2 * LFLARE__PI * layers[i].thickness_nm / nm;
+            double cos2 = (1 - s / n) * (1 + s / n);
+            double q = sqrt(lflare__max(fabs(cos2), 1e-18)), phase = k * n * q;
+            double la, lb, lc, na, nc;
+            if (cos2 >= 0) {
+                double y = polarisation ? n / q : n * q;
+                la = cos(phase);
+                lb = sin(phase) / y;
+                lc = sin(phase) * y;
+            } else {
+                double y = polarisation ? -n / q : n * q;
+                phase = lflare__min(phase, 300);
+                la = cosh(phase);
+                lb = sinh(phase) / y;
+                lc = -sinh(phase) * y;
+            }
+            na = a * la - b * lc;
+            nc = c * la + d * lc;
+            b = a * lb + b * la;
+            d = d * la - c * lb;
+            a = na;
+            c = nc;
+        }
+        er = y0 * a;
+        ei = y0 * b * y1;
+        hr = d * y1;
+        hi = c;
+        {
+            double scale = 1 / lflare__max(lflare__max(fabs(er), fabs(ei)), lflare__max(fabs(hr), fabs(hi)));
+            double mr = (er - hr) * scale, mi = (ei - hi) * scale, pr = (er + hr) * scale, pi = (ei + hi) * scale;
+            sum += (mr * mr + mi * mi) / (pr * pr + pi * pi);
+        }
+    }
+    return lflare__clamp(0.5 * sum, 0, 1);
+}
+
+LFLARE_API lflare_result lflare_film_layers(const lflare_lens *lens, int32_t surface, lflare_layer *out, int32_t *count)
+{
+    const lflare_surface *s;
+    int32_t room, i;
+    if (lens == NULL || count == NULL || surface < 0 || surface >= lens->surface_count || (out == NULL && *count > 0)) return LFLARE_ERROR_ARGUMENT;
+    s = &lens->prescription.surfaces[surface];
+    room = *count;
+    *count = s->is_stop ? 0 : s->coating == LFLARE_COATING_STACK ? s->layer_count : s->coating == LFLARE_COATING_QUARTER;
+    for (i = 0; i < *count && i < room; i++) {
+        if (s->coating == LFLARE_COATING_STACK) {
+            out[i] = lens->prescription.layers[s->first_layer + i];
+        } else {
+            double n[LFLARE_MAX_SURFACES + 1];
+            lflare__indices(&lens->prescription, s->quarter_nm, n);
+            out[i].n = lflare__max(sqrt(n[surface] * n[surface + 1]), 1.38);
+            out[i].thickness_nm = s->quarter_nm / (4 * out[i].n);
+        }
+    }
+    return *count > room ? LFLARE_INCOMPLETE : LFLARE_OK;
+}
+
+LFLARE_API double lflare_ghost_weight(const lflare_lens *lens, double nm, lflare_pair pair, double x, double u)
+{
+    double n[LFLARE_MAX_SURFACES + 1], w = 1;
+    lflare_layer layers[LFLARE_MAX_LAYERS];
+    lflare__walk walk;
+    lflare_crossing at;
+    LFLARE_ASSERT(lflare__valid_pair(lens, pair));
+    lflare__indices(&lens->prescription, nm, n);
+    lflare__walk_start(&walk, lens, n, pair);
+    while (lflare__walk_next(&walk, &at)) {
+        double tangent = at.p * x + at.q * u, s = at.n_in * fabs(tangent) / sqrt(1 + tangent * tangent), r;
+        int32_t count = LFLARE_MAX_LAYERS;
+        if (at.surface == lens->stop) continue;
+        lflare_film_layers(lens, at.surface, layers, &count);
+        /* from the front side whichever way the ray goes: the reflectance is the same from behind at equal n sin(theta) */
+        r = n[at.surface] == n[at.surface + 1] && count == 0 ? 0 : lflare_film_reflectance(n[at.surface], n[at.surface + 1], layers, count, nm, s);
+        w *= at.reflected ? r : 1 - r;
+    }
+    return w;
+}
+
+/* A surface's reflectance over the cosine c in the rarer medium, where it is smooth up to grazing incidence; n sin(theta)
+   follows from it. Beyond the critical angle it is 1. `row` holds 4 floats a sample. */
+static void lflare__film_row(const lflare_lens *lens, int32_t surface, lflare_layer *scratch, float *row)
+{
+    int32_t i, k, count = LFLARE_MAX_LAYERS;
+    lflare_film_layers(lens, surface, scratch, &count);
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
+        double n[LFLARE_MAX_SURFACES + 1], rarer;
+        lflare__indices(&lens->prescription, lflare__rgb_nm[k], n);
+        rarer = lflare__min(n[surface], n[surface + 1]);
+        for (i = 0; i < LFLARE_FILM_SAMPLES; i++) {
+            double c = (double)i / (LFLARE_FILM_SAMPLES - 1);
+            double r = n[surface] == n[surface + 1] && count == 0
+                           ? 0
+                           : lflare_film_reflectance(n[surface], n[surface + 1], scratch, count, lflare__rgb_nm[k], rarer * sqrt((1 - c) * (1 + c)));
+            row[i * 4 + k] = (float)r;
+        }
+    }
+    for (i = 0; i < LFLARE_FILM_SAMPLES; i++) row[i * 4 + 3] = 0;
+}
+
+static float lflare__film_lookup(const float *row, int32_t k, float cosine)
+{
+    float t = cosine * (LFLARE_FILM_SAMPLES - 1);
+    int32_t i = (int32_t)t;
+    if (i > LFLARE_FILM_SAMPLES - 2) i = LFLARE_FILM_SAMPLES - 2;
+    return row[i * 4 + k] + (t - (float)i) * (row[i * 4 + 4 + k] - row[i * 4 + k]);
+}
+
+/* >> 8 iris */
+
+LFLARE_API lflare_result lflare_iris_make(const lflare_lens *lens, double fnumber, int32_t blades, double rotation, double curvature, lflare_iris *out,
+                                          double *fnumber_effective)
+{
+    double a11, radius, full, half, area, sagitta;
+    int32_t i;
+    if (lens == NULL || out == NULL || !lflare__finite(fnumber) || fnumber < 0 || !lflare__finite(rotation)) return LFLARE_ERROR_ARGUMENT;
+    if (!(curvature >= 0 && curvature <= 1) || blades < 0 || blades == 1 || blades == 2 || blades > LFLARE_MAX_BLADES) return LFLARE_ERROR_ARGUMENT;
+    memset(out, 0, sizeof *out);
+    a11 = fabs(lens->stop_a11);
+    full = lens->prescription.surfaces[lens->stop].semi_diameter;
+    radius = lflare__min(fnumber > 0 ? a11 * lens->efl / (2 * fnumber) : a11 * lens->efl / (2 * lens->fnumber), full);
+    if (fnumber_effective != NULL) *fnumber_effective = a11 * lens->efl / (2 * radius);
+    out->radius = (float)radius;
+    out->area = out->roundness = 1;
+    if (blades == 0 || curvature >= 1) return LFLARE_OK;
+    /* arcs of radius R = radius / curvature through neighbouring vertices: circumscribed circle at 1, straight at 0 */
+    half = LFLARE__PI / blades;
+    sagitta = curvature > 1e-3 ? asin(curvature * sin(half)) : 0; /* half the angle of one arc */
+    area = sin(half) * cos(half);
+    if (sagitta > 0) area += (sagitta - sin(sagitta) * cos(sagitta)) / (curvature * curvature);
+    out->area = (float)(area / half);
+    out->roundness = (float)(sagitta / half);
+    out->blade_count = blades;
+    for (i = 0; i < blades; i++) {
+        lflare_blade *b = &out->blades[i];
+        double angle = rotation + (2 * i + 1) * half;
+        b->nx = (float)cos(angle);
+        b->ny = (float)sin(angle);
+        b->arc = sagitta > 0 ? (float)(radius / curvature) : 0;
+        b->distance = (float)(sagitta > 0 ? radius / curvature * cos(sagitta) - radius * cos(half) : radius * cos(half));
+    }
+    return LFLARE_OK;
+}
+
+/* >> 9 tables */
+
+static void *lflare__carve(char **at, size_t bytes)
+{
+    void *here = *at;
+    *at += (bytes + 15) & ~(size_t)15;
+    return here;
+}
+
+LFLARE_API lflare_tables_size lflare_tables_layout(const lflare_lens *lens, void *lens_memory, void *settings_memory, lflare_tables *t)
+{
+    const size_t f = sizeof(float), ghosts = (size_t)lens->ghost_count, surfaces = (size_t)lens->surface_count;
+    lflare_tables_size size;
+    static const double *nm = lflare__rgb_nm;
+    size_t arrays[9];
+    int32_t i;
+    arrays[0] = ghosts * sizeof(lflare_pair);
+    arrays[1] = ghosts * LFLARE_HEAD_FLOATS * f;
+    arrays[2] = ghosts * LFLARE_MAX_RIMS * LFLARE_RIM_FLOATS * f;
+    arrays[3] = surfaces * LFLARE_FILM_SAMPLES * 4 * f;
+    arrays[4] = surfaces * 4 * f;
+    arrays[5] = ghosts * LFLARE_FIELD_SAMPLES * LFLARE_FIELD_FLOATS * f;
+    arrays[6] = ghosts * LFLARE_STYLE_FLOATS * f;
+    arrays[7] = ghosts * 2 * f;
+    arrays[8] = ghosts * sizeof(lflare_cull);
+    size.lens = size.settings = 0;
+    for (i = 0; i < 9; i++) {
+        size_t bytes = (arrays[i] + 15) & ~(size_t)15;
+        if (i < 5) size.lens += bytes;
+        else size.settings += bytes;
+    }
+    if (lens_memory != NULL) {
+        char *at = (char *)lens_memory;
+        t->pairs = (lflare_pair *)lflare__carve(&at, arrays[0]);
+        t->head = (float *)lflare__carve(&at, arrays[1]);
+        t->rims = (float *)lflare__carve(&at, arrays[2]);
+        t->film = (float *)lflare__carve(&at, arrays[3]);
+        t->index = (float *)lflare__carve(&at, arrays[4]);
+    }
+    if (settings_memory != NULL) {
+        char *at = (char *)settings_memory;
+        t->field = (float *)lflare__carve(&at, arrays[5]);
+        t->style = (float *)lflare__carve(&at, arrays[6]);
+        t->rank = (float *)lflare__carve(&at, arrays[7]);
+        t->cull = (lflare_cull *)lflare__carve(&at, arrays[8]);
+    }
+    t->ghost_count = lens->ghost_count;
+    t->surface_count = lens->surface_count;
+    t->sensor_width = (float)lens->sensor_width;
+    t->sensor_height = (float)lens->sensor_height;
+    t->efl = (float)lens->efl;
+    t->entrance_radius = (float)lens->prescription.surfaces[0].semi_diameter;
+    for (i = 0; i < LFLARE_WAVELENGTHS; i++) t->wavelengths[i] = (float)nm[i];
+    return size;
+}
+
+/* A path at one wavelength: its circles (pupil, iris, a rim per crossing) and each one's height coefficients. */
+typedef struct lflare__rims {
+    lflare_circle circles[LFLARE_MAX_CIRCLES];
+    double a[LFLARE_MAX_CIRCLES], b[LFLARE_MAX_CIRCLES];
+    int32_t surface[LFLARE_MAX_CIRCLES];
+    lflare_matrix m;
+} lflare__rims;
+
+static int32_t lflare__collect_rims(const lflare_lens *lens, const double *n, lflare_pair pair, lflare__rims *out)
+{
+    const lflare_surface *s = lens->prescription.surfaces;
+    int32_t count = 2, at;
+    lflare__walk walk;
+    lflare_crossing x;
+    lflare__walk_start(&walk, lens, n, pair);
+    out->circles[0].centre = 0;
+    out->circles[0].radius = s[0].semi_diameter;
+    while (lflare__walk_next(&walk, &x)) {
+        at = x.surface == lens->stop ? 1 : count++;
+        out->circles[at] = lflare__circle(x.a, x.b, s[x.surface].semi_diameter, s[0].semi_diameter);
+        out->a[at] = x.a;
+        out->b[at] = x.b;
+        out->surface[at] = x.surface;
+    }
+    out->m = walk.m;
+    return count;
+}
+
+/* Keeps the pupil, the iris and each rim that does not wholly hold another circle for all slopes up to u_max, with a little
+   to spare for dispersion. Holding is transitive, so one pass does it. Returns how many, their places in `keep`. */
+static int32_t lflare__drop_holders(const lflare_circle *c, int32_t count, double u_max, int32_t *keep)
+{
+    int32_t i, k, kept = 2;
+    keep[0] = 0;
+    keep[1] = 1;
+    for (i = 2; i < count; i++) {
+        int holds = 0;
+        for (k = 0; k < count && !holds; k++) {
+            double room = c[i].radius * 0.997 - c[k].radius - fabs(c[k].centre - c[i].centre) * u_max;
+            holds = k != i && room > 0;
+        }
+        if (!holds) keep[kept++] = i;
+    }
+    return kept;
+}
+
+/* Which rims bind anywhere in the field at any wavelength, iris open: a circle needless beside the open iris is needless
+   beside a smaller one. At most LFLARE_MAX_RIMS are kept, those with most of the outline. */
+static int32_t lflare__choose_rims(const lflare__rims *rims, int32_t count, int32_t *chosen)
+{
+    enum { SAMPLES = 16 };
+    int32_t keep[LFLARE_MAX_CIRCLES], kept, i, j, k, used = 0;
+    double outline[LFLARE_MAX_CIRCLES], u_max = 60;
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++)
+        for (i = 1, u_max = 60; i < count; i++) { /* pairs with the pupil or the iris: enough for a bound */
+            lflare_circle two[3];
+            two[0] = rims[k].circles[0];
+            two[1] = rims[k].circles[1];
+            two[2] = rims[k].circles[i];
+            u_max = lflare__min(u_max, lflare__hidden_slope(two, 3));
+        }
+    kept = lflare__drop_holders(rims[1].circles, count, 1.02 * u_max, keep);
+    for (i = 0; i < kept; i++) outline[i] = 0;
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
+        lflare_circle c[LFLARE_MAX_CIRCLES];
+        double hidden, lo, hi;
+        for (i = 0; i < kept; i++) c[i] = rims[k].circles[keep[i]];
+        hidden = lflare__hidden_slope(c, kept);
+        for (j = 1; j <= SAMPLES; j++) {
+            lflare__stretch stretches[LFLARE_MAX_CIRCLES];
+            int32_t n = lflare__envelope(c, kept, hidden * (j - 0.25) / (double)SAMPLES, stretches, &lo, &hi);
+            for (i = 0; i < n; i++) outline[stretches[i].circle] += (stretches[i].to - stretches[i].from) / (hi - lo);
+        }
+    }
+    while (used < LFLARE_MAX_RIMS) {
+        int32_t best = 2;
+        for (i = 2; i < kept; i++)
+            if (outline[i] > outline[best]) best = i;
+        if (best >= kept || !(outline[best] > 0)) break;
+        chosen[used++] = keep[best];
+        outline[best] = 0;
+    }
+    return used;
+}
+
+static void lflare__prepare_ghost(const lflare_lens *lens, lflare_tables *t, int32_t g, const double n[][LFLARE_MAX_SURFACES + 1])
+{
+    lflare__rims rims[LFLARE_WAVELENGTHS];
+    int32_t chosen[LFLARE_MAX_RIMS], count = 0, used, k, i;
+    float *head = t->head + (size_t)g * LFLARE_HEAD_FLOATS;
+    float *out = t->rims + (size_t)g * LFLARE_MAX_RIMS * LFLARE_RIM_FLOATS;
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
+        count = lflare__collect_rims(lens, n[k], t->pairs[g], &rims[k]);
+        head[k * 4] = (float)rims[k].a[1];
+        head[k * 4 + 1] = (float)rims[k].b[1];
+        head[k * 4 + 2] = (float)rims[k].m.a;
+        head[k * 4 + 3] = (float)rims[k].m.b;
+    }
+    used = lflare__choose_rims(rims, count, chosen);
+    memset(out, 0, sizeof(float) * LFLARE_MAX_RIMS * LFLARE_RIM_FLOATS);
+    for (i = 0; i < used; i++)
+        for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
+            float *rim = out + i * LFLARE_RIM_FLOATS + k * 4;
+            rim[0] = (float)rims[k].a[chosen[i]];
+            rim[1] = (float)rims[k].b[chosen[i]];
+            rim[2] = (float)lens->prescription.surfaces[rims[k].surface[chosen[i]]].semi_diameter;
+            rim[3] = (float)rims[k].surface[chosen[i]];
+        }
+    head[12] = (float)t->pairs[g].first;
+    head[13] = (float)t->pairs[g].second;
+    head[14] = (float)used;
+    head[15] = 0;
+}
+
+LFLARE_API lflare_result lflare_tables_prepare(const lflare_lens *lens, lflare_tables *t, int32_t begin, int32_t end)
+{
+    double n[LFLARE_WAVELENGTHS][LFLARE_MAX_SURFACES + 1];
+    int32_t g, i, k, count;
+    if (lens == NULL || t == NULL || begin < 0 || end > t->ghost_count || t->head == NULL) return LFLARE_ERROR_ARGUMENT;
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) lflare__indices(&lens->prescription, lflare__rgb_nm[k], n[k]);
+    if (begin == 0) {
+        lflare_layer scratch[LFLARE_MAX_LAYERS];
+        count = t->ghost_count;
+        lflare_ghost_list(lens, t->pairs, &count);
+        for (i = 0; i < lens->surface_count; i++) {
+            lflare__film_row(lens, i, scratch, t->film + (size_t)i * LFLARE_FILM_SAMPLES * 4);
+            for (k = 0; k < LFLARE_WAVELENGTHS; k++) t->index[i * 4 + k] = (float)n[k][i + 1];
+            t->index[i * 4 + 3] = 0;
+        }
+    }
+    for (g = begin; g < end; g++) lflare__prepare_ghost(lens, t, g, (const double(*)[LFLARE_MAX_SURFACES + 1])n);
+    return LFLARE_OK;
+}
+
+/* What a path does to light: per crossing the tangent of incidence |p x + q u|, and where to look the film up. */
+typedef struct lflare__bounce {
+    float p, q, n2, rarer; /* n_in^2; 1 / n_rarer^2 */
+    const float *film;
+    int32_t reflected;
+} lflare__bounce;
+
+static int32_t lflare__bounces(const lflare_lens *lens, const lflare_tables *t, lflare_pair pair, const double *n, lflare__bounce *out)
+{
+    lflare__walk walk;
+    lflare_crossing x;
+    int32_t count = 0;
+    lflare__walk_start(&walk, lens, n, pair);
+    while (lflare__walk_next(&walk, &x)) {
+        lflare__bounce *b = &out[count];
+        double rarer = lflare__min(x.n_in, x.n_out);
+        if (x.n_in == x.n_out && lens->prescription.surfaces[x.surface].coating == LFLARE_COATING_NONE) continue;
+        if (x.surface == lens->stop) continue;
+        b->p = (float)x.p;
+        b->q = (float)x.q;
+        b->n2 = (float)(x.n_in * x.n_in);
+        b->rarer = (float)(1 / (rarer * rarer));
+        b->film = t->film + (size_t)x.surface * LFLARE_FILM_SAMPLES * 4;
+        b->reflected = x.reflected;
+        count++;
+    }
+    return count;
+}
+
+/* W of P 3 along the paraxial ray from entrance point x with slope u. */
+static float lflare__weight(const lflare__bounce *b, int32_t count, int32_t k, float x, float u)
+{
+    float w = 1;
+    int32_t i;
+    for (i = 0; i < count; i++) {
+        float tangent = b[i].p * x + b[i].q * u, t2 = tangent * tangent;
+        float cos2 = 1 - b[i].n2 * b[i].rarer * t2 / (1 + t2);
+        float r = lflare__film_lookup(b[i].film, k, cos2 > 0 ? sqrtf(cos2) : 0);
+        w *= b[i].reflected ? r : 1 - r;
+    }
+    return w;
+}
+
+/* Circles of a ghost from the tables, at one wavelength: pupil, iris, rims. */
+static int32_t lflare__table_circles(const lflare_tables *t, int32_t g, int32_t k, double iris, int paper, lflare_circle *out)
+{
+    const float *head = t->head + (size_t)g * LFLARE_HEAD_FLOATS;
+    const float *rims = t->rims + (size_t)g * LFLARE_MAX_RIMS * LFLARE_RIM_FLOATS + k * 4;
+    double entrance = (double)t->entrance_radius;
+    int32_t i, count = paper ? 0 : (int32_t)head[14];
+    out[0].centre = 0;
+    out[0].radius = entrance;
+    out[1] = lflare__circle((double)head[k * 4], (double)head[k * 4 + 1], iris, entrance);
+    for (i = 0; i < count; i++, rims += LFLARE_RIM_FLOATS) out[2 + i] = lflare__circle((double)rims[0], (double)rims[1], (double)rims[2], entrance);
+    return 2 + count;
+}
+
+LFLARE_API lflare_result lflare_tables_configure_begin(const lflare_lens *lens, lflare_tables *t, const lflare_settings *s, lflare_error *error)
+{
+    double fnumber = 0;
+    int32_t i, k;
+    if (error != NULL) memset(error, 0, sizeof *error);
+    if (lens == NULL || t == NULL || s == NULL || t->field == NULL) return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "no lens, tables or settings given");
+    if (!lflare__finite(s->fnumber) || s->fnumber < 0 || s->fnumber > 1e6)
+        return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "f-number %g: give a positive number, or 0 for the lens's own", s->fnumber);
+    if (s->override_count < 0 || (s->override_count > 0 && s->overrides == NULL)) return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "no overrides given");
+    if (!(fabsf(s->exposure_ev) <= 60) || !(s->min_flux >= 0 && s->min_flux <= 1) || s->ghost_budget < 0)
+        return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "exposure_ev is -60 to 60, min_flux 0 to 1, ghost_budget 0 or more");
+    for (i = 0; i < s->override_count; i++) {
+        const lflare_override *o = &s->overrides[i];
+        for (k = 0; k < t->ghost_count && (t->pairs[k].first + 1 != o->first || t->pairs[k].second + 1 != o->second); k++) {}
+        if (k == t->ghost_count)
+            return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "override %i: the lens has no ghost (%i,%i)", i, o->first, o->second);
+        if (!lflare__finite3(o->tint) || !(fabsf(o->ev) <= 60) || !(o->scale >= 0 && o->scale <= 1000) || !(fabsf(o->move[0]) <= 1000) || !(fabsf(o->move[1]) <= 1000))
+            return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "override %i of ghost (%i,%i): a number is out of range", i, o->first, o->second);
+    }
+    if (lflare_iris_make(lens, s->fnumber, s->blades, (double)s->blade_rotation, (double)s->blade_curvature, &t->iris, &fnumber) != LFLARE_OK)
+        return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "the iris has 0 or 3 to 16 blades, a finite rotation, a curvature from 0 to 1");
+    t->fnumber = (float)fnumber;
+    t->ghost_budget = s->ghost_budget;
+    t->paper_clipping = s->paper_clipping;
+    return LFLARE_OK;
+}
+
+static void lflare__style_ghost(lflare_tables *t, int32_t g, const lflare_settings *s, double hidden_slope)
+{
+    float *style = t->style + (size_t)g * LFLARE_STYLE_FLOATS;
+    float angle = (float)atan(hidden_slope);
+    int32_t i, k;
+    for (k = 0; k < 3; k++) style[k] = 1;
+    style[3] = 1;
+    style[4] = style[5] = 0;
+    style[6] = angle;
+    style[7] = 1 / angle;
+    for (i = 0; i < s->override_count; i++) {
+        const lflare_override *o = &s->overrides[i];
+        int tinted = o->tint[0] != 0 || o->tint[1] != 0 || o->tint[2] != 0;
+        if (o->first != t->pairs[g].first + 1 || o->second != t->pairs[g].second + 1) continue;
+        for (k = 0; k < 3; k++) style[k] *= o->hide ? 0 : (tinted ? lflare__maxf(o->tint[k], 0) : 1) * exp2f(o->ev);
+        if (o->scale > 0) style[3] *= o->scale;
+        style[4] += o->move[0];
+        style[5] += o->move[1];
+    }
+}
+
+/* Bounding disc on the sensor: the image of the pupil or of the iris, whichever is smaller, at all wavelengths. */
+static void lflare__cull_ghost(lflare_tables *t, int32_t g, double hidden_slope)
+{
+    const float *head = t->head + (size_t)g * LFLARE_HEAD_FLOATS, *style = t->style + (size_t)g * LFLARE_STYLE_FLOATS;
+    const float *field = t->field + (size_t)g * LFLARE_FIELD_SAMPLES * LFLARE_FIELD_FLOATS;
+    lflare_cull *cull = &t->cull[g];
+    double centre[LFLARE_WAVELENGTHS], radius[LFLARE_WAVELENGTHS], reach = 0;
+    int32_t k;
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
+        double ma11 = (double)head[k * 4], ma12 = (double)head[k * 4 + 1], m11 = (double)head[k * 4 + 2], m12 = (double)head[k * 4 + 3];
+        double pupil = fabs(m11) * (double)t->entrance_radius, iris = fabs(ma11) > 1e-9 ? fabs(m11 / ma11) * (double)t->iris.radius : HUGE_VAL;
+        centre[k] = iris < pupil ? m12 - m11 * ma12 / ma11 : m12;
+        radius[k] = lflare__min(iris, pupil) + 4 * 0.61e-6 * (double)t->wavelengths[k] * fabs(m12) / lflare__max((double)field[4], 1e-6);
+        reach = lflare__max(reach, lflare__max(fabs(m12), fabs(centre[k])));
+    }
+    cull->radius = 0;
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++)
+        cull->radius = lflare__maxf(cull->radius, (float)(radius[k] + fabs(centre[k] - centre[1]) * hidden_slope));
+    if (style[3] != 1) cull->radius *= 1 + 2 * style[3];
+    cull->along = (float)centre[1] + style[4] * t->efl;
+    cull->across = style[5] * t->efl;
+    cull->reach = (float)(3 * reach) * lflare__maxf(style[3], 1);
+    cull->hidden_slope = (float)hidden_slope;
+    cull->ghost = (uint32_t)g;
+}
+
+static void lflare__configure_ghost(const lflare_lens *lens, lflare_tables *t, const lflare_settings *s, int32_t g,
+                                    const double n[][LFLARE_MAX_SURFACES + 1])
+{
+    const float *head = t->head + (size_t)g * LFLARE_HEAD_FLOATS;
+    float *field = t->field + (size_t)g * LFLARE_FIELD_SAMPLES * LFLARE_FIELD_FLOATS;
+    lflare__bounce bounces[LFLARE_MAX_CIRCLES];
+    lflare_circle c[2 + LFLARE_MAX_RIMS];
+    double turn[2 + LFLARE_MAX_RIMS], m11 = (double)head[6], m12 = (double)head[7], hidden = 0;
+    int32_t count = 0, j, k, i;
+    float peak = 0, mean = 0;
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
+        count = lflare__table_circles(t, g, k, (double)t->iris.radius, s->paper_clipping, c);
+        hidden = lflare__max(hidden, lflare__hidden_slope(c, count));
+    }
+    lflare__style_ghost(t, g, s, hidden);
+    count = lflare__table_circles(t, g, 1, (double)t->iris.radius, s->paper_clipping, c);
+    for (j = 0; j < LFLARE_FIELD_SAMPLES; j++) { /* geometry, at the middle wavelength */
+        float *sample = field + j * LFLARE_FIELD_FLOATS;
+        double u = j + 1 < LFLARE_FIELD_SAMPLES ? tan(atan(hidden) * j / (LFLARE_FIELD_SAMPLES - 1)) : hidden;
+        lflare_region region = lflare_region_of(c, count, u, turn);
+        double iris_share = turn[1] / (2 * LFLARE__PI), turn0 = 0, turn2 = 0;
+        for (i = 0; i < count; i++) {
+            double shift = m12 + m11 * c[i].centre, share = 0.5 * turn[i] * (i == 1 ? (double)t->iris.roundness : 1);
+            turn0 += share;
+            turn2 += share * shift * shift;
+        }
+        region.area *= 1 - iris_share * (1 - (double)t->iris.area);
+        sample[3] = (float)region.centroid;
+        sample[4] = (float)sqrt(region.area / LFLARE__PI);
+        sample[5] = (float)turn0;
+        sample[6] = (float)turn2;
+        sample[7] = 0;
+    }
+    {   /* for the exposure: as if fully open, where the light is halfway to the frame's side */
+        double u = 0.25 * lens->sensor_width / lens->efl, area, frame = lens->sensor_width * lens->sensor_height;
+        count = lflare__table_circles(t, g, 1, lens->prescription.surfaces[lens->stop].semi_diameter, s->paper_clipping, c);
+        area = lflare_region_of(c, count, u, NULL).area;
+        mean = (float)(area / lflare__max(frame, area * m11 * m11));
+    }
+    {
+        float reference = lflare__minf((float)atan(0.25 * lens->sensor_width / lens->efl), (float)atan(hidden)), weight = 0;
+        int32_t at = (int32_t)(reference / (float)atan(hidden) * (LFLARE_FIELD_SAMPLES - 1));
+        for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
+            count = lflare__bounces(lens, t, t->pairs[g], n[k], bounces);
+            for (j = 0; j < LFLARE_FIELD_SAMPLES; j++) {
+                float *sample = field + j * LFLARE_FIELD_FLOATS;
+                float u = (float)(j + 1 < LFLARE_FIELD_SAMPLES ? tan(atan(hidden) * j / (LFLARE_FIELD_SAMPLES - 1)) : hidden);
+                sample[k] = lflare__weight(bounces, count, k, sample[3], u);
+            }
+            weight += field[at * LFLARE_FIELD_FLOATS + k] / (float)LFLARE_WAVELENGTHS;
+        }
+        mean *= weight;
+    }
+    for (j = 0; j < LFLARE_FIELD_SAMPLES; j++) {
+        const float *sample = field + j * LFLARE_FIELD_FLOATS, *style = t->style + (size_t)g * LFLARE_STYLE_FLOATS;
+        peak = lflare__maxf(peak, (sample[0] * style[0] + sample[1] * style[1] + sample[2] * style[2]) * sample[4] * sample[4]);
+    }
+    t->rank[g * 2] = peak;
+    t->rank[g * 2 + 1] = mean;
+    lflare__cull_ghost(t, g, hidden);
+}
+
+LFLARE_API void lflare_tables_configure_range(const lflare_lens *lens, lflare_tables *t, const lflare_settings *s, int32_t begin, int32_t end)
+{
+    double n[LFLARE_WAVELENGTHS][LFLARE_MAX_SURFACES + 1];
+    int32_t g, k;
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) lflare__indices(&lens->prescription, lflare__rgb_nm[k], n[k]);
+    for (g = begin; g < end && g < t->ghost_count; g++) lflare__configure_ghost(lens, t, s, g, (const double(*)[LFLARE_MAX_SURFACES + 1])n);
+}
+
+/* Heap order by peak flux, ties by index: the same everywhere. */
+static int lflare__weaker(const lflare_tables *t, const lflare_cull *a, const lflare_cull *b)
+{
+    float fa = t->rank[a->ghost * 2], fb = t->rank[b->ghost * 2];
+    return fa < fb || (fa == fb && a->ghost > b->ghost);
+}
+
+static void lflare__sift(const lflare_tables *t, lflare_cull *heap, int32_t at, int32_t count)
+{
+    for (;;) {
+        int32_t child = 2 * at + 1;
+        lflare_cull kept;
+        if (child >= count) return;
+        if (child + 1 < count && lflare__weaker(t, &heap[child + 1], &heap[child])) child++;
+        if (!lflare__weaker(t, &heap[child], &heap[at])) return;
+        kept = heap[at];
+        heap[at] = heap[child];
+        heap[child] = kept;
+        at = child;
+    }
+}
+
+LFLARE_API void lflare_tables_configure_end(lflare_tables *t, const lflare_settings *s)
+{
+    double flux = 0, mean = 0;
+    int32_t g, n = 0;
+    for (g = 0; g < t->ghost_count; g++) {
+        flux += (double)t->rank[g * 2];
+        mean += (double)t->rank[g * 2 + 1];
+    }
+    for (g = 0; g < t->ghost_count; g++)
+        if (t->rank[g * 2] > 0 && (double)t->rank[g * 2] >= (double)s->min_flux * flux) t->cull[n++] = t->cull[g];
+    t->active_count = n;
+    for (g = n / 2 - 1; g >= 0; g--) lflare__sift(t, t->cull, g, n);
+    for (g = n - 1; g > 0; g--) { /* the weakest goes last */
+        lflare_cull weakest = t->cull[0];
+        t->cull[0] = t->cull[g];
+        t->cull[g] = weakest;
+        lflare__sift(t, t->cull, 0, g);
+    }
+    t->exposure = exp2f(s->exposure_ev) * (s->raw || !(mean > 0) ? 1 : (float)((double)LFLARE_NORMAL_MEAN / mean));
+}
+
+/* >> 10 frame */
+
+/* Size of the frame on the sensor; how the lens's slope follows from the camera's. */
+static float lflare__frame_size(const lflare_tables *t, const lflare_view *v, lflare_frame_data *f)
+{
+    float w = (float)v->width, h = (float)v->height, tangent = v->fov_y > 0 ? tanf(0.5f * v->fov_y) : 0, half;
+    switch (v->fit) {
+    case LFLARE_FIT_HEIGHT: half = 0.5f * t->sensor_height; break;
+    case LFLARE_FIT_DIAGONAL: half = 0.5f * sqrtf(t->sensor_width * t->sensor_width + t->sensor_height * t->sensor_height) * h / sqrtf(w * w + h * h); break;
+    case LFLARE_FIT_PHYSICAL:
+        if (tangent > 0) { half = t->efl * tangent; break; }
+        /* fall through */
+    default: half = 0.5f * t->sensor_width * h / w; break;
+    }
+    f->half_height = half;
+    f->half_width = half * w / h;
+    f->pixel = 2 * half / h;
+    f->centre[0] = v->centre[0] * f->half_width;
+    f->centre[1] = v->centre[1] * f->half_height;
+    f->width = v->width;
+    f->height = v->height;
+    return tangent > 0 && v->fit != LFLARE_FIT_PHYSICAL ? half / (t->efl * tangent) : 1;
+}
+
+static int lflare__valid_view(const lflare_view *v)
+{
+    return v != NULL && v->width > 0 && v->height > 0 && v->width <= 1 << 20 && v->height <= 1 << 20 && v->fov_y >= 0 && v->fov_y < 3.1f &&
+           (int)v->fit >= 0 && v->fit <= LFLARE_FIT_PHYSICAL && fabsf(v->centre[0]) <= 1000 && fabsf(v->centre[1]) <= 1000;
+}
+
+static int lflare__valid_light(const lflare_light *l)
+{
+    return lflare__finite3(l->direction) && lflare__finite3(l->color) && lflare__finite3(l->occlusion) && l->angular_radius >= 0 && l->angular_radius < 1.5f;
+}
+
+/* 0 if the light draws nothing. */
+static int lflare__frame_light_make(const lflare_tables *t, const lflare_light *l, float slope_scale, lflare_frame_light *out)
+{
+    float cosine, lit = 0;
+    int32_t k;
+    if (!(l->direction[2] < 0)) return 0;
+    memset(out, 0, sizeof *out);
+    for (k = 0; k < 2; k++) out->slope[k] = slope_scale * l->direction[k] / l->direction[2];
+    out->slope_length = sqrtf(out->slope[0] * out->slope[0] + out->slope[1] * out->slope[1]);
+    if (!(out->slope_length < 60)) return 0; /* 89 degrees off the axis */
+    out->axis[0] = 1;
+    if (out->slope_length > 1e-12f)
+        for (k = 0; k < 2; k++) out->axis[k] = out->slope[k] / out->slope_length;
+    out->field_angle = atanf(out->slope_length);
+    out->angular_radius = l->angular_radius;
+    out->flags = l->flags;
+    cosine = 1 / sqrtf(1 + out->slope_length * out->slope_length);
+    for (k = 0; k < 2; k++) out->image[k] = t->efl * out->slope[k];
+    for (k = 0; k < 3; k++) {
+        float visible = 1 - lflare__minf(lflare__maxf(l->occlusion[k], 0), 1);
+        out->irradiance[k] = lflare__maxf(l->color[k], 0) * visible * cosine * t->exposure;
+        lit += out->irradiance[k];
+    }
+    return lit > 0;
+}
+
+LFLARE_API lflare_result lflare_frame_build(const lflare_tables *t, const lflare_view *view, const lflare_light *lights, int32_t light_count,
+                                            lflare_frame_data *f)
+{
+    float slope_scale;
+    int32_t i, g;
+    if (f == NULL) return LFLARE_ERROR_ARGUMENT;
+    f->light_count = f->instance_count = 0;
+    if (t == NULL || !lflare__valid_view(view) || light_count < 0 || (light_count > 0 && lights == NULL)) return LFLARE_ERROR_ARGUMENT;
+    for (i = 0; i < light_count; i++)
+        if (!lflare__valid_light(&lights[i])) return LFLARE_ERROR_ARGUMENT;
+    slope_scale = lflare__frame_size(t, view, f);
+    for (i = 0; i < light_count; i++) {
+        lflare_frame_light *l = &f->lights[f->light_count];
+        float growth;
+        int32_t budget = t->ghost_budget > 0 ? t->ghost_budget : t->active_count;
+        if (f->light_count == f->light_capacity) return LFLARE_ERROR_LIMIT;
+        if (!lflare__frame_light_make(t, &lights[i], slope_scale, l)) continue;
+        l->source = i;
+        growth = 4 * f->pixel;
+        for (g = 0; g < t->active_count && budget > 0 && !(l->flags & LFLARE_LIGHT_NO_GHOSTS); g++) {
+            const lflare_cull *c = &t->cull[g];
+            float x = l->slope[0] * c->along - l->slope[1] * c->across - f->centre[0];
+            float y = l->slope[1] * c->along + l->slope[0] * c->across - f->centre[1];
+            float r = c->radius + growth + c->reach * l->angular_radius;
+            lflare_instance *instance = &f->instances[f->instance_count];
+            if (l->slope_length >= c->hidden_slope || fabsf(x) > f->half_width + r || fabsf(y) > f->half_height + r) continue;
+            if (f->instance_count == f->instance_capacity) return LFLARE_ERROR_LIMIT;
+            instance->ghost = (uint16_t)c->ghost;
+            instance->light = (uint16_t)f->light_count;
+            instance->patch = instance->band = 0;
+            f->instance_count++;
+            budget--;
+        }
+        f->light_count++;
+    }
+    return LFLARE_OK;
+}
+
+LFLARE_API float lflare_edge_coverage(float t)
+{
+    t = lflare__minf(lflare__maxf(t, -1), 1);
+    return 0.5f + t * (0.75f - 0.25f * t * t);
+}
+
+/* The profile's density is a parabola of variance soft^2 / 5; it stands for a pixel of 0.715 on either side (its spectrum
+   then vanishes at the pixel grid's frequency) and a lamp's disc of radius b, of variance b^2 / 4. */
+#define LFLARE__PIXEL_VARIANCE (0.715f * 0.715f / 5)
+
+typedef struct lflare__sample {
+    float weight[3], centroid, radius, turn0, turn2;
+} lflare__sample;
+
+/* A ghost's field row at an angle; 0 where the ghost is hidden. */
+static int lflare__field_sample(const lflare_tables *t, int32_t g, float angle, lflare__sample *out)
+{
+    const float *style = t->style + (size_t)g * LFLARE_STYLE_FLOATS, *row;
+    float at = angle * style[7] * (LFLARE_FIELD_SAMPLES - 1), f, v[7];
+    int32_t j = (int32_t)at, k;
+    if (!(at < LFLARE_FIELD_SAMPLES - 1)) return 0;
+    row = t->field + ((size_t)g * LFLARE_FIELD_SAMPLES + (size_t)j) * LFLARE_FIELD_FLOATS;
+    f = at - (float)j;
+    for (k = 0; k < 7; k++) v[k] = row[k] + f * (row[k + LFLARE_FIELD_FLOATS] - row[k]);
+    for (k = 0; k < 3; k++) out->weight[k] = v[k];
+    out->centroid = v[3];
+    out->radius = lflare__maxf(v[4], 1e-6f * t->entrance_radius);
+    out->turn0 = v[5];
+    out->turn2 = v[6];
+    return 1;
+}
+
+/* An edge |a r + b u| <= h in coordinates of the drawn footprint. */
+static lflare_edge lflare__edge_make(float a, float b, float h, const float *m, float drawn, float scale, const lflare__sample *s,
+                                     const lflare_frame_light *l, float pixel)
+{
+    lflare_edge e;
+    float lamp = (m[3] * a - m[2] * b) * scale / drawn * l->angular_radius; /* |c_k| alpha, seen in the rim's plane */
+    e.gain = a / drawn;
+    e.offset = a * s->centroid + b * l->slope_length;
+    e.radius = h;
+    e.soft = sqrtf(5 * (LFLARE__PIXEL_VARIANCE * pixel * pixel * e.gain * e.gain + 0.25f * lamp * lamp)) + 1e-7f * h;
+    return e;
+}
+
+/* The edges of one wavelength: the iris, then the pupil and rims unless they hold all of the smallest one. */
+static void lflare__channel_edges(const lflare_tables *t, int32_t g, int32_t k, float drawn, float scale, const lflare__sample *s,
+                                  const lflare_frame_light *l, float pixel, lflare_footprint_channel *out, float *bound)
+{
+    const float *m = t->head + (size_t)g * LFLARE_HEAD_FLOATS + k * 4;
+    const float *rim = t->rims + (size_t)g * LFLARE_MAX_RIMS * LFLARE_RIM_FLOATS + k * 4;
+    int32_t count = 2 + (int32_t)t->head[(size_t)g * LFLARE_HEAD_FLOATS + 14], i, smallest = 0;
+    lflare_edge e[2 + LFLARE_MAX_RIMS];
+    float extent[2 + LFLARE_MAX_RIMS], middle, reach;
+    e[0] = lflare__edge_make(m[0], m[1], t->iris.radius, m, drawn, scale, s, l, pixel);
+    e[1] = lflare__edge_make(1, 0, t->entrance_radius, m, drawn, scale, s, l, pixel);
+    if (t->paper_clipping) count = 2;
+    for (i = 2; i < count; i++, rim += LFLARE_RIM_FLOATS) e[i] = lflare__edge_make(rim[0], rim[1], rim[2], m, drawn, scale, s, l, pixel);
+    for (i = 0; i < count; i++) {
+        extent[i] = (e[i].radius + e[i].soft) / lflare__maxf(fabsf(e[i].gain), 1e-12f);
+        if (extent[i] < extent[smallest]) smallest = i;
+    }
+    middle = -e[smallest].offset / e[smallest].gain;
+    reach = extent[smallest];
+    *bound = fabsf(middle) + reach;
+    out->edges[0] = e[0];
+    out->edge_count = 1;
+    for (i = 1; i < count; i++)
+        if (i == smallest || fabsf(e[i].gain * middle + e[i].offset) + fabsf(e[i].gain) * reach > e[i].radius - e[i].soft) {
+            if (out->edge_count <= LFLARE_MAX_RIMS) out->edges[out->edge_count++] = e[i];
+        }
+}
+
+LFLARE_API int32_t lflare_footprint_resolve(const lflare_tables *t, const lflare_frame_data *f, lflare_instance instance, lflare_footprint *out)
+{
+    const lflare_frame_light *l = &f->lights[instance.light];
+    int32_t g = instance.ghost, k;
+    const float *style = t->style + (size_t)g * LFLARE_STYLE_FLOATS;
+    lflare__sample s;
+    float lit = 0;
+    if (!lflare__field_sample(t, g, l->field_angle, &s)) return 0;
+    out->axis[0] = l->axis[0];
+    out->axis[1] = l->axis[1];
+    out->radius = 0;
+    out->fine = 0;
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
+        const float *m = t->head + (size_t)g * LFLARE_HEAD_FLOATS + k * 4;
+        lflare_footprint_channel *c = &out->channels[k];
+        float spread = 0.61e-6f * t->wavelengths[k] * m[3] / s.radius, lamp = l->angular_radius * m[3];
+        float least = sqrtf(f->pixel * f->pixel + spread * spread + lamp * lamp) / s.radius; /* P 3: r_min / rho */
+        float size = lflare__maxf(fabsf(m[2]), least), scale = style[3], drawn = (m[2] < 0 ? -size : size) * scale;
+        float along = m[2] * s.centroid + m[3] * l->slope_length, area = (float)LFLARE__PI * s.radius * s.radius * drawn * drawn;
+        float pixel = f->pixel, bound, extra;
+        if (k == 0) out->fine = s.radius * fabsf(drawn) < 4 * pixel;
+        if (out->fine) pixel *= 0.25f;
+        c->centre[0] = along * l->axis[0] + t->efl * (style[4] * l->slope[0] - style[5] * l->slope[1]);
+        c->centre[1] = along * l->axis[1] + t->efl * (style[4] * l->slope[1] + style[5] * l->slope[0]);
+        /* soft edges on a curve of radius R add sigma^2 / 2 per radian of turning: divide by the area really drawn */
+        extra = LFLARE__PIXEL_VARIANCE * pixel * pixel * s.turn0 + 0.25f * scale * scale * l->angular_radius * l->angular_radius * s.turn2;
+        c->irradiance = l->irradiance[k] * s.weight[k] * style[k] / (size * size) * area / (area + extra);
+        lit += c->irradiance;
+        lflare__channel_edges(t, g, k, drawn, scale, &s, l, pixel, c, &bound);
+        out->radius = lflare__maxf(out->radius, bound);
+    }
+    return lit > 0;
+}
+
+/* The two edges that cut most at a point, with their inward normals. */
+typedef struct lflare__cuts {
+    float c[2], nx[2], ny[2];
+} lflare__cuts;
+
+static void lflare__cut(lflare__cuts *cuts, float coverage, float nx, float ny)
+{
+    int32_t at = coverage < cuts->c[0] ? 0 : 1;
+    if (coverage >= cuts->c[1]) return;
+    if (at == 0) {
+        cuts->c[1] = cuts->c[0];
+        cuts->nx[1] = cuts->nx[0];
+        cuts->ny[1] = cuts->ny[0];
+    }
+    cuts->c[at] = coverage;
+    cuts->nx[at] = nx;
+    cuts->ny[at] = ny;
+}
+
+static void lflare__cut_circle(lflare__cuts *cuts, float ax, float ay, float radius, float soft, float sign)
+{
+    float length = sqrtf(ax * ax + ay * ay), t = (radius - length) / soft, inv;
+    if (t >= 1) return;
+    inv = -sign / lflare__maxf(length, 1e-20f);
+    lflare__cut(cuts, lflare_edge_coverage(t), ax * inv, ay * inv);
+}
+
+/* Two soft half planes whose normals enclose an angle of cosine rho: the mixture of "independent" and "one and the same"
+   (or "opposite") that keeps the area, since the covariance of the edges' shifts is rho (Hoeffding's formula). */
+static float lflare__both(const lflare__cuts *cuts)
+{
+    float a = cuts->c[0], b = cuts->c[1], rho, product = a * b;
+    if (b >= 1 || a <= 0) return a;
+    rho = lflare__minf(lflare__maxf(cuts->nx[0] * cuts->nx[1] + cuts->ny[0] * cuts->ny[1], -1), 1);
+    return rho > 0 ? product + rho * (a - product) : product - rho * (lflare__maxf(a + b - 1, 0) - product);
+}
+
+static float lflare__coverage(const lflare_footprint *fp, const lflare_footprint_channel *c, const lflare_iris *iris, float dx, float dy)
+{
+    lflare__cuts cuts = {{1, 1}, {0, 0}, {0, 0}};
+    const lflare_edge *e = c->edges;
+    float sign = e->gain < 0 ? -1.0f : 1.0f;
+    float ax = e->gain * dx + e->offset * fp->axis[0], ay = e->gain * dy + e->offset * fp->axis[1];
+    int32_t i;
+    if (iris->blade_count == 0) lflare__cut_circle(&cuts, ax, ay, e->radius, e->soft, sign);
+    for (i = 0; i < iris->blade_count; i++) {
+        const lflare_blade *b = &iris->blades[i];
+        if (b->arc > 0) {
+            lflare__cut_circle(&cuts, ax + b->nx * b->distance, ay + b->ny * b->distance, b->arc, e->soft, sign);
+        } else {
+            float t = (b->distance - b->nx * ax - b->ny * ay) / e->soft;
+            if (t < 1) lflare__cut(&cuts, lflare_edge_coverage(t), -sign * b->nx, -sign * b->ny);
+        }
+    }
+    for (i = 1; i < c->edge_count; i++) {
+        e = &c->edges[i];
+        ax = e->gain * dx + e->offset * fp->axis[0];
+        ay = e->gain * dy + e->offset * fp->axis[1];
+        lflare__cut_circle(&cuts, ax, ay, e->radius, e->soft, e->gain < 0 ? -1.0f : 1.0f);
+    }
+    return lflare__both(&cuts);
+}
+
+LFLARE_API float lflare_footprint_coverage(const lflare_footprint *fp, int32_t channel, const lflare_iris *iris, float x, float y)
+{
+    const lflare_footprint_channel *c = &fp->channels[channel];
+    return lflare__coverage(fp, c, iris, x - c->centre[0], y - c->centre[1]);
+}
+
+/* >> 11 software */
+#ifndef LFLARE_NO_SOFTWARE
+/* Row by row, every footprint is an intersection of convex edges, so on a row it is one span. The part where nothing is cut
+   is entered as two numbers, +irradiance where it begins and -irradiance where it ends, and summed once per row: the cost
+   is that of the outlines, not of the areas. Only pixels on soft edges are evaluated one by one. */
+
+enum { LFLARE__TILE = 2048 }; /* pixels summed at once */
+
+typedef struct lflare__row {
+    double run[3][LFLARE__TILE + 1];
+    int16_t open[LFLARE__TILE + 1];   /* spans that begin less spans that end: where none is open the sum is 0 exactly */
+    uint8_t event[LFLARE__TILE + 16]; /* 1 where any span begins or ends, and behind the last pixel */
+} lflare__row;
+
+typedef struct lflare__span {
+    double lo, hi; /* empty if lo > hi */
+} lflare__span;
+
+static lflare__span lflare__common(lflare__span a, lflare__span b)
+{
+    a.lo = lflare__max(a.lo, b.lo);
+    a.hi = lflare__min(a.hi, b.hi);
+    return a;
+}
+
+/* An edge or a blade on one row: the height vector is (x0 + step X, y) at pixel X. A circle |a| <= radius, or with `line`
+   a half plane normal.a <= radius. */
+typedef struct lflare__cutter {
+    double x0, step, y, radius, soft;
+    float nx, ny, sign;
+    int32_t line;
+    lflare__span inner; /* where it cuts nothing */
+} lflare__cutter;
+
+static lflare__span lflare__cutter_span(const lflare__cutter *c, double radius)
+{
+    lflare__span s = {1, 0};
+    if (c->line) {
+        double slope = (double)c->nx * c->step, rest = radius - (double)c->ny * c->y - (double)c->nx * c->x0;
+        s.lo = -1e9;
+        s.hi = 1e9;
+        if (fabs(slope) < 1e-12) {
+            if (rest < 0) s.lo = 1e9, s.hi = -1e9;
+        } else if (slope > 0) {
+            s.hi = rest / slope;
+        } else {
+            s.lo = rest / slope;
+        }
+    } else if (radius > fabs(c->y)) {
+        double root = sqrt((radius - c->y) * (radius + c->y)), a = (-root - c->x0) / c->step, b = (root - c->x0) / c->step;
+        s.lo = lflare__min(a, b);
+        s.hi = lflare__max(a, b);
+    }
+    return s;
+}
+
+/* A channel on one row: its cutters, the span they leave and the span they leave whole. */
+typedef struct lflare__row_shape {
+    lflare__cutter cutters[LFLARE_MAX_BLADES + LFLARE_MAX_RIMS + 1];
+    int32_t count;
+    lflare__span outer, inner;
+} lflare__row_shape;
+
+static int lflare__row_add(lflare__row_shape *r)
+{
+    lflare__cutter *c = &r->cutters[r->count++];
+    r->outer = lflare__common(r->outer, lflare__cutter_span(c, c->radius + c->soft));
+    c->inner = lflare__cutter_span(c, c->radius - c->soft);
+    r->inner = lflare__common(r->inner, c->inner);
+    return r->outer.lo <= r->outer.hi;
+}
+
+/* `dx0`: sensor x of pixel 0 less the footprint's centre, `dx` per pixel, `dy` of the row. 0 if the row is dark. */
+static int lflare__row_shape_make(const lflare_footprint *fp, const lflare_footprint_channel *ch, const lflare_iris *iris, double dx0, double dx,
+                                  double dy, lflare__row_shape *r)
+{
+    int32_t i, k;
+    r->count = 0;
+    for (i = 0; i < ch->edge_count; i++) {
+        const lflare_edge *e = &ch->edges[i];
+        double gain = (double)e->gain;
+        lflare__cutter edge;
+        edge.step = gain * dx;
+        if (fabs(edge.step) < 1e-12) edge.step = edge.step < 0 ? -1e-12 : 1e-12;
+        edge.x0 = gain * dx0 + (double)e->offset * (double)fp->axis[0];
+        edge.y = gain * dy + (double)e->offset * (double)fp->axis[1];
+        edge.radius = (double)e->radius;
+        edge.soft = (double)e->soft;
+        edge.sign = e->gain < 0 ? -1.0f : 1.0f;
+        edge.nx = edge.ny = 0;
+        edge.line = 0;
+        if (i > 0 || iris->blade_count == 0) {
+            r->cutters[r->count] = edge;
+            if (!lflare__row_add(r)) return 0;
+            continue;
+        }
+        for (k = 0; k < iris->blade_count; k++) {
+            const lflare_blade *b = &iris->blades[k];
+            lflare__cutter *c = &r->cutters[r->count];
+            *c = edge;
+            c->line = !(b->arc > 0);
+            c->radius = (double)(c->line ? b->distance : b->arc);
+            c->nx = b->nx;
+            c->ny = b->ny;
+            if (!c->line) {
+                c->x0 += (double)(b->nx * b->distance);
+                c->y += (double)(b->ny * b->distance);
+            }
+            if (!lflare__row_add(r)) return 0;
+        }
+    }
+    return 1;
+}
+
+/* Pixels from..to-1 (4 floats apart), all on soft edges. */
+static void lflare__row_soft(const lflare__row_shape *r, int32_t from, int32_t to, float irradiance, float *pixels)
+{
+    const lflare__cutter *active[LFLARE_MAX_BLADES + LFLARE_MAX_RIMS + 1];
+    int32_t count = 0, i, x;
+    for (i = 0; i < r->count; i++)
+        if (r->cutters[i].inner.lo > from || r->cutters[i].inner.hi < to - 1) active[count++] = &r->cutters[i];
+    if (count == 1 && !active[0]->line) { /* the usual case, kept simple enough to be vectorised */
+        float x0 = (float)active[0]->x0, step = (float)active[0]->step, y2 = (float)(active[0]->y * active[0]->y), inv = (float)(1 / active[0]->soft);
+        float radius = (float)active[0]->radius;
+        for (x = from; x < to; x++) {
+            float ax = x0 + step * (float)x, t = (radius - sqrtf(ax * ax + y2)) * inv;
+            pixels[(ptrdiff_t)4 * (x - from)] += irradiance * lflare_edge_coverage(t);
+        }
+        return;
+    }
+    for (x = from; x < to; x++) {
+        lflare__cuts cuts = {{1, 1}, {0, 0}, {0, 0}};
+        for (i = 0; i < count; i++) {
+            const lflare__cutter *c = active[i];
+            float ax = (float)(c->x0 + c->step * x), ay = (float)c->y;
+            if (c->line) {
+                float t = ((float)c->radius - c->nx * ax - c->ny * ay) / (float)c->soft;
+                if (t < 1) lflare__cut(&cuts, lflare_edge_coverage(t), -c->sign * c->nx, -c->sign * c->ny);
+            } else {
+                lflare__cut_circle(&cuts, ax, ay, (float)c->radius, (float)c->soft, c->sign);
+            }
+        }
+        pixels[(ptrdiff_t)4 * (x - from)] += irradiance * lflare__both(&cuts);
+    }
+}
+
+static void lflare__row_edges(const lflare__row_shape *r, int32_t from, int32_t to, float irradiance, float *pixels)
+{
+    enum { RUN = 64 }; /* short enough that most runs meet one edge only */
+    for (; from < to; from += RUN) {
+        int32_t end = to - from < RUN ? to : from + RUN;
+        lflare__row_soft(r, from, end, irradiance, pixels);
+        pixels += (ptrdiff_t)4 * (end - from);
+    }
+}
+
+/* A footprint of a few pixels: mean of 4 x 4 samples. */
+static void lflare__row_fine(const lflare_footprint *fp, const lflare_footprint_channel *c, const lflare_iris *iris, double dx0, double dy, double pixel,
+                             int32_t from, int32_t to, float *pixels)
+{
+    double middle = dx0 / pixel, reach = (double)fp->radius / pixel + 1;
+    int32_t begin = (int32_t)lflare__clamp(floor(middle - reach), from, to), end = (int32_t)lflare__clamp(ceil(middle + reach), from, to), x, i;
+    for (x = begin; x < end; x++) {
+        float sum = 0;
+        for (i = 0; i < 16; i++)
+            sum += lflare__coverage(fp, c, iris, (float)(dx0 - pixel * (x + ((i & 3) - 1.5) * 0.25)), (float)(dy + pixel * ((i >> 2) - 1.5) * 0.25));
+        pixels[(ptrdiff_t)4 * (x - from)] += c->irradiance * sum / 16;
+    }
+}
+
+/* One footprint's channel on one row; pixels[0] is the channel of pixel `from`. */
+static void lflare__row_channel(const lflare_footprint *fp, int32_t k, const lflare_iris *iris, const lflare_frame_data *f, double sy, int32_t from,
+                                int32_t to, lflare__row *row, float *pixels)
+{
+    const lflare_footprint_channel *c = &fp->channels[k];
+    double pixel = (double)f->pixel, dy = sy - (double)c->centre[1];
+    double dx0 = (double)f->centre[0] + (0.5 * f->width - 0.5) * pixel - (double)c->centre[0]; /* screen = -sensor */
+    int32_t begin, end, full, rest;
+    lflare__row_shape r;
+    if (!(c->irradiance > 0) || fabs(dy) > (double)fp->radius + pixel) return;
+    if (fp->fine) {
+        lflare__row_fine(fp, c, iris, dx0, dy, pixel, from, to, pixels);
+        return;
+    }
+    r.outer.lo = r.inner.lo = from - 1.0;
+    r.outer.hi = r.inner.hi = to;
+    if (!lflare__row_shape_make(fp, c, iris, dx0, -pixel, dy, &r)) return;
+    begin = (int32_t)lflare__max(floor(r.outer.lo), from);
+    end = (int32_t)lflare__min(ceil(r.outer.hi) + 1, to);
+    full = rest = end;
+    r.inner = lflare__common(r.inner, r.outer);
+    if (r.inner.lo <= r.inner.hi) { /* rounded inwards */
+        full = (int32_t)lflare__max(ceil(r.inner.lo), begin);
+        rest = (int32_t)lflare__min(floor(r.inner.hi) + 1, end);
+        if (full >= rest) full = rest = end;
+    }
+    lflare__row_edges(&r, begin, full, c->irradiance, pixels + (ptrdiff_t)4 * (begin - from));
+    if (full >= rest) return;
+    row->run[k][full - from] += (double)c->irradiance;
+    row->run[k][rest - from] -= (double)c->irradiance;
+    row->open[full - from]++;
+    row->open[rest - from]--;
+    row->event[full - from] = row->event[rest - from] = 1;
+    lflare__row_edges(&r, rest, end, c->irradiance, pixels + (ptrdiff_t)4 * (rest - from));
+}
+
+/* Takes the event at x into the sum and clears it for the next row. */
+static int32_t lflare__row_event(lflare__row *row, int32_t x, double *sum)
+{
+    int32_t k, change = row->open[x];
+    for (k = 0; k < 3; k++) {
+        sum[k] += row->run[k][x];
+        row->run[k][x] = 0;
+    }
+    row->open[x] = 0;
+    row->event[x] = 0;
+    return change;
+}
+
+/* Between events the sum is constant, and 0 where no span is open. */
+static void lflare__row_flush(lflare__row *row, int32_t count, float *pixels)
+{
+    double sum[3] = {0, 0, 0};
+    int32_t x = 0, open = 0;
+    row->event[count] = 1;
+    while (x < count) {
+        int32_t end = x + 1;
+        float r, g, b;
+        open += lflare__row_event(row, x, sum);
+        while (!row->event[end]) end++;
+        r = (float)sum[0];
+        g = (float)sum[1];
+        b = (float)sum[2];
+        if (open == 0) sum[0] = sum[1] = sum[2] = 0;
+        for (; x < end && open > 0; x++) {
+            pixels[4 * x] += r;
+            pixels[4 * x + 1] += g;
+            pixels[4 * x + 2] += b;
+        }
+        x = end;
+    }
+    lflare__row_event(row, count, sum);
+}
+
+LFLARE_API lflare_result lflare_software_rows(const lflare_footprint *footprints, int32_t count, const lflare_iris *iris, const lflare_frame_data *f,
+                                              const lflare_image *image, int32_t begin, int32_t end)
+{
+    lflare__row row;
+    int32_t y, i, k, from;
+    ptrdiff_t stride;
+    if (f == NULL || iris == NULL || image == NULL || image->pixels == NULL || count < 0 || (count > 0 && footprints == NULL)) return LFLARE_ERROR_ARGUMENT;
+    if (image->width != f->width || image->height != f->height || begin < 0 || end > image->height) return LFLARE_ERROR_ARGUMENT;
+    stride = image->stride != 0 ? image->stride : (ptrdiff_t)4 * image->width;
+    memset(&row, 0, sizeof row);
+    for (y = begin; y < end; y++) {
+        float *pixels = image->pixels + stride * (image->bottom_up ? image->height - 1 - y : y);
+        double sy = (double)f->centre[1] + (y + 0.5 - 0.5 * f->height) * (double)f->pixel;
+        for (from = 0; from < image->width; from += LFLARE__TILE) {
+            int32_t to = from + LFLARE__TILE < image->width ? from + LFLARE__TILE : image->width, used = 0;
+            for (i = 0; i < count; i++) {
+                const lflare_footprint *fp = &footprints[i];
+                if (fabs(sy - (double)fp->channels[1].centre[1]) > (double)fp->radius + fabs((double)fp->channels[0].centre[1] - (double)fp->channels[2].centre[1]) + (double)f->pixel) continue;
+                used = 1;
+                for (k = 0; k < 3; k++) lflare__row_channel(fp, k, iris, f, sy, from, to, &row, pixels + (ptrdiff_t)4 * from + k);
+            }
+            if (used) lflare__row_flush(&row, to - from, pixels + (ptrdiff_t)4 * from);
+        }
+    }
+    return LFLARE_OK;
+}
+
+LFLARE_API void lflare_to_rgb8(const float *rgba, size_t count, float gain, int32_t srgb, uint8_t *out)
+{
+    size_t i;
+    int32_t k;
+    for (i = 0; i < count; i++)
+        for (k = 0; k < 3; k++) {
+            float v = rgba[4 * i + (size_t)k] * gain;
+            v = v > 0 ? lflare__minf(v, 1) : 0; /* NaN becomes 0 */
+            if (srgb) v = v <= 0.0031308f ? 12.92f * v : 1.055f * powf(v, 1 / 2.4f) - 0.055f;
+            out[3 * i + (size_t)k] = (uint8_t)(255 * v + 0.5f);
+        }
+}
+#endif /* LFLARE_NO_SOFTWARE */
+
+/* >> 12 object */
+
+struct lflare {
+    lflare_realloc allocate;
+    void *user;
+    void *lens_memory, *settings_memory[2], *frame_memory;
+    lflare_tables_size size;
+    size_t frame_bytes;
+    lflare_tables tables[2];   /* sharing the lens part; `current` is shown, the other built */
+    int32_t current, next_ghost, configuring;
+    lflare_settings settings;  /* being built; overrides are our copy */
+    lflare_override *overrides;
+    size_t override_bytes;
+    lflare_frame_data frame;
+    lflare_footprint *footprints;
+    int32_t footprint_capacity, footprint_count;
+    lflare_lens lens;
+};
+
+static void *lflare__libc_realloc(void *user, void *block, size_t old_size, size_t new_size)
+{
+    (void)user;
+    (void)old_size;
+    if (new_size == 0) { free(block); return NULL; }
+    return realloc(block, new_size);
+}
+
+static void *lflare__allocate(lflare *o, size_t size) { return o->allocate(o->user, NULL, 0, size > 0 ? size : 1); }
+
+static void lflare__release(lflare *o, void *block, size_t size)
+{
+    if (block != NULL) o->allocate(o->user, block, size > 0 ? size : 1, 0);
+}
+
+LFLARE_API int32_t lflare_version(void) { return LFLARE_VERSION; }
+
+LFLARE_API void lflare_destroy(lflare *o)
+{
+    if (o == NULL) return;
+    lflare__release(o, o->lens_memory, o->size.lens);
+    lflare__release(o, o->settings_memory[0], o->size.settings);
+    lflare__release(o, o->settings_memory[1], o->size.settings);
+    lflare__release(o, o->frame_memory, o->frame_bytes);
+    lflare__release(o, o->overrides, o->override_bytes);
+    lflare__release(o, o->footprints, sizeof(lflare_footprint) * (size_t)o->footprint_capacity);
+    o->allocate(o->user, o, sizeof *o, 0);
+}
+
+/* Everything behind the object itself; what was allocated so far is released by lflare_destroy. */
+static lflare_result lflare__create_tables(lflare *o, int32_t max_lights, lflare_error *error)
+{
+    size_t lights = (size_t)max_lights, ghosts = (size_t)o->lens.ghost_count;
+    int32_t i;
+    if (o->lens.ghost_count > 65535) return lflare__fail(error, LFLARE_ERROR_LIMIT, 0, 0, "%i ghosts; at most 65535", o->lens.ghost_count);
+    o->size = lflare_tables_layout(&o->lens, NULL, NULL, &o->tables[0]);
+    o->frame_bytes = lights * (sizeof(lflare_frame_light) + ghosts * sizeof(lflare_instance));
+    o->lens_memory = lflare__allocate(o, o->size.lens);
+    for (i = 0; i < 2; i++) o->settings_memory[i] = lflare__allocate(o, o->size.settings);
+    o->frame_memory = lflare__allocate(o, o->frame_bytes);
+    if (o->lens_memory == NULL || o->settings_memory[0] == NULL || o->settings_memory[1] == NULL || o->frame_memory == NULL)
+        return lflare__fail(error, LFLARE_ERROR_MEMORY, 0, 0, "out of memory");
+    for (i = 0; i < 2; i++) lflare_tables_layout(&o->lens, o->lens_memory, o->settings_memory[i], &o->tables[i]);
+    o->frame.lights = (lflare_frame_light *)o->frame_memory;
+    o->frame.light_capacity = max_lights;
+    o->frame.instances = (lflare_instance *)(void *)((char *)o->frame_memory + lights * sizeof(lflare_frame_light));
+    o->frame.instance_capacity = (int32_t)(lights * ghosts);
+    return lflare_tables_prepare(&o->lens, &o->tables[0], 0, o->lens.ghost_count);
+}
+
+LFLARE_API lflare_result lflare_create(const lflare_desc *desc, lflare **out, lflare_error *error)
+{
+    lflare_realloc allocate;
+    lflare *o;
+    lflare_result result = LFLARE_OK;
+    if (error != NULL) memset(error, 0, sizeof *error);
+    if (out != NULL) *out = NULL;
+    if (desc == NULL || out == NULL || (desc->text == NULL && desc->prescription == NULL))
+        return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "give a prescription: desc.text with desc.text_size, or desc.prescription");
+    if (desc->max_lights < 0 || desc->max_lights > 65535) return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "max_lights is 0 to 65535");
+    allocate = desc->allocate != NULL ? desc->allocate : lflare__libc_realloc;
+    o = (lflare *)allocate(desc->user, NULL, 0, sizeof *o);
+    if (o == NULL) return lflare__fail(error, LFLARE_ERROR_MEMORY, 0, 0, "out of memory");
+    memset(o, 0, sizeof *o);
+    o->allocate = allocate;
+    o->user = desc->user;
+    if (desc->prescription != NULL) {
+        result = lflare_lens_derive(desc->prescription, &o->lens, error);
+    } else {
+        lflare_prescription read;
+        result = lflare_text_read(desc->text, desc->text_size, &read, error);
+        if (result == LFLARE_OK) result = lflare_lens_derive(&read, &o->lens, error);
+    }
+    if (result == LFLARE_OK) result = lflare__create_tables(o, desc->max_lights > 0 ? desc->max_lights : 16, error);
+    if (result == LFLARE_OK) result = lflare_configure(o, &desc->settings, error);
+    if (result != LFLARE_OK) {
+        lflare_destroy(o);
+        return result;
+    }
+    *out = o;
+    return LFLARE_OK;
+}
+
+LFLARE_API lflare_result lflare_configure_begin(lflare *o, const lflare_settings *settings, lflare_error *error)
+{
+    lflare_override *copy = NULL;
+    lflare_result result;
+    size_t bytes;
+    if (o == NULL || settings == NULL) return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "no object or no settings given");
+    result = lflare_tables_configure_begin(&o->lens, &o->tables[!o->current], settings, error);
+    if (result != LFLARE_OK) return result;
+    bytes = sizeof(lflare_override) * (size_t)settings->override_count;
+    if (bytes > 0) {
+        copy = (lflare_override *)lflare__allocate(o, bytes);
+        if (copy == NULL) return lflare__fail(error, LFLARE_ERROR_MEMORY, 0, 0, "out of memory");
+        memcpy(copy, settings->overrides, bytes);
+    }
+    lflare__release(o, o->overrides, o->override_bytes);
+    o->overrides = copy;
+    o->override_bytes = bytes;
+    o->settings = *settings;
+    o->settings.overrides = copy;
+    o->next_ghost = 0;
+    o->configuring = 1;
+    return LFLARE_OK;
+}
+
+LFLARE_API lflare_result lflare_configure_step(lflare *o, int32_t ghosts)
+{
+    int32_t end;
+    if (o == NULL || ghosts < 1) return LFLARE_ERROR_ARGUMENT;
+    if (!o->configuring) return LFLARE_OK;
+    end = ghosts < o->lens.ghost_count - o->next_ghost ? o->next_ghost + ghosts : o->lens.ghost_count;
+    lflare_tables_configure_range(&o->lens, &o->tables[!o->current], &o->settings, o->next_ghost, end);
+    o->next_ghost = end;
+    if (end < o->lens.ghost_count) return LFLARE_INCOMPLETE;
+    lflare_tables_configure_end(&o->tables[!o->current], &o->settings);
+    o->current = !o->current;
+    o->configuring = 0;
+    o->frame.light_count = o->frame.instance_count = o->footprint_count = 0; /* they belong to the old tables */
+    return LFLARE_OK;
+}
+
+LFLARE_API lflare_result lflare_configure(lflare *o, const lflare_settings *settings, lflare_error *error)
+{
+    lflare_result result = lflare_configure_begin(o, settings, error);
+    return result == LFLARE_OK ? lflare_configure_step(o, INT32_MAX) : result;
+}
+
+LFLARE_API lflare_result lflare_frame(lflare *o, const lflare_view *view, const lflare_light *lights, int32_t light_count)
+{
+    if (o == NULL) return LFLARE_ERROR_ARGUMENT;
+    o->footprint_count = 0;
+    return lflare_frame_build(&o->tables[o->current], view, lights, light_count, &o->frame);
+}
+
+LFLARE_API const lflare_lens *lflare_get_lens(const lflare *o) { return o != NULL ? &o->lens : NULL; }
+LFLARE_API const lflare_tables *lflare_get_tables(const lflare *o) { return o != NULL ? &o->tables[o->current] : NULL; }
+LFLARE_API const lflare_frame_data *lflare_get_frame(const lflare *o) { return o != NULL ? &o->frame : NULL; }
+
+#ifndef LFLARE_NO_SOFTWARE
+LFLARE_API lflare_result lflare_render_begin(lflare *o)
+{
+    int32_t i;
+    if (o == NULL) return LFLARE_ERROR_ARGUMENT;
+    if (o->footprints == NULL && o->frame.instance_capacity > 0) {
+        o->footprints = (lflare_footprint *)lflare__allocate(o, sizeof(lflare_footprint) * (size_t)o->frame.instance_capacity);
+        if (o->footprints == NULL) return LFLARE_ERROR_MEMORY;
+        o->footprint_capacity = o->frame.instance_capacity;
+    }
+    o->footprint_count = 0;
+    for (i = 0; i < o->frame.instance_count; i++)
+        o->footprint_count += lflare_footprint_resolve(&o->tables[o->current], &o->frame, o->frame.instances[i], &o->footprints[o->footprint_count]);
+    return LFLARE_OK;
+}
+
+LFLARE_API lflare_result lflare_render_rows(const lflare *o, const lflare_image *image, int32_t begin, int32_t end)
+{
+    if (o == NULL || image == NULL) return LFLARE_ERROR_ARGUMENT;
+    return lflare_software_rows(o->footprints, o->footprint_count, &o->tables[o->current].iris, &o->frame, image, begin, end);
+}
+
+LFLARE_API lflare_result lflare_render(lflare *o, const lflare_image *image)
+{
+    lflare_result result = image != NULL ? lflare_render_begin(o) : LFLARE_ERROR_ARGUMENT;
+    return result == LFLARE_OK ? lflare_render_rows(o, image, 0, image->height) : result;
+}
+#endif /* LFLARE_NO_SOFTWARE */
+
+#ifndef LFLARE_NO_STDIO
+LFLARE_API lflare_result lflare_file_read(const char *path, lflare_realloc allocate, void *user, char **out, size_t *size, lflare_error *error)
+{
+    const size_t limit = (size_t)16 << 20;
+    size_t room = 0, used = 0;
+    char *block = NULL;
+    FILE *file;
+    lflare_result result = LFLARE_OK;
+    if (error != NULL) memset(error, 0, sizeof *error);
+    if (path == NULL || out == NULL || size == NULL) return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "no path, or nowhere to put the text");
+    if (allocate == NULL) allocate = lflare__libc_realloc;
+    *out = NULL;
+    *size = 0;
+    file = fopen(path, "rb");
+    if (file == NULL) return lflare__fail(error, LFLARE_ERROR_FILE, 0, 0, "the file cannot be opened");
+    for (;;) {
+        size_t got;
+        if (used + 1 >= room) {
+            size_t grown = room == 0 ? 16384 : room * 2;
+            char *larger = used < limit ? (char *)allocate(user, block, room, grown) : NULL;
+            if (larger == NULL) {
+                result = used < limit ? lflare__fail(error, LFLARE_ERROR_MEMORY, 0, 0, "out of memory")
+                                      : lflare__fail(error, LFLARE_ERROR_FILE, 0, 0, "the file is larger than 16 MB, which no prescription is");
+                break;
+            }
+            block = larger;
+            room = grown;
+        }
+        got = fread(block + used, 1, room - used - 1, file);
+        used += got;
+        if (got == 0) break;
+    }
+    if (result == LFLARE_OK && ferror(file)) result = lflare__fail(error, LFLARE_ERROR_FILE, 0, 0, "the file cannot be read");
+    fclose(file);
+    if (result == LFLARE_OK) { /* to the promised size */
+        char *exact = (char *)allocate(user, block, room, used + 1);
+        if (exact == NULL) result = lflare__fail(error, LFLARE_ERROR_MEMORY, 0, 0, "out of memory");
+        else block = exact, room = used + 1;
+    }
+    if (result != LFLARE_OK) {
+        if (block != NULL) allocate(user, block, room, 0);
+        return result;
+    }
+    block[used] = 0;
+    *out = block;
+    *size = used;
+    return LFLARE_OK;
+}
+#endif /* LFLARE_NO_STDIO */
+
+#undef LFLARE__PI
+#undef LFLARE__NM_D
+#undef LFLARE__NM_F
+#undef LFLARE__NM_C
+#undef LFLARE__PIXEL_VARIANCE
+
+#endif /* LENSFLARE_IMPLEMENTED */
+#endif /* LENSFLARE_IMPLEMENTATION */
+
+/* >> 13 licence */
+/*
+   This software is available under two licences: choose whichever you prefer.
+
+   ALTERNATIVE A - MIT Licence
+   Copyright (c) 2026 the lensflare.h authors
+   Permission is hereby granted, free of charge, to any person obtaining a copy of this software and associated
+   documentation files (the "Software"), to deal in the Software without restriction, including without limitation the
+   rights to use, copy, modify, merge, publish, distribute, sublicense, and/or sell copies of the Software, and to permit
+   persons to whom the Software is furnished to do so, subject to the following conditions:
+   The above copyright notice and this permission notice shall be included in all copies or substantial portions of the
+   Software.
+   THE SOFTWARE IS PROVIDED "AS IS", WITHOUT WARRANTY OF ANY KIND, EXPRESS OR IMPLIED, INCLUDING BUT NOT LIMITED TO THE
+   WARRANTIES OF MERCHANTABILITY, FITNESS FOR A PARTICULAR PURPOSE AND NONINFRINGEMENT. IN NO EVENT SHALL THE AUTHORS OR
+   COPYRIGHT HOLDERS BE LIABLE FOR ANY CLAIM, DAMAGES OR OTHER LIABILITY, WHETHER IN AN ACTION OF CONTRACT, TORT OR
+   OTHERWISE, ARISING FROM, OUT OF OR IN CONNECTION WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN THE SOFTWARE.
+
+   ALTERNATIVE B - Public Domain (www.unlicense.org)
+   This is free and unencumbered software released into the public domain.
+   Anyone is free to copy, modify, publish, use, compile, sell, or distribute this software, either in source code form or
+   as a compiled binary, for any purpose, commercial or non-commercial, and by any means.
+   In jurisdictions that recognize copyright laws, the author or authors of this software dedicate any and all copyright
+   interest in the software to the public domain. We make this dedication for the benefit of the public at large and to the
+   detriment of our heirs and successors. We intend this dedication to be an overt act of relinquishment in perpetuity of
+   all present and future rights to this software under copyright law.
+   THE SOFTWARE IS PROVIDED "AS IS", WITHOUT WARRANTY OF ANY KIND, EXPRESS OR IMPLIED, INCLUDING BUT NOT LIMITED TO THE
+   WARRANTIES OF MERCHANTABILITY, FITNESS FOR A PARTICULAR PURPOSE AND NONINFRINGEMENT. IN NO EVENT SHALL THE AUTHORS BE
+   LIABLE FOR ANY CLAIM, DAMAGES OR OTHER LIABILITY, WHETHER IN AN ACTION OF CONTRACT, TORT OR OTHERWISE, ARISING FROM, OUT
+   OF OR IN CONNECTION WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN THE SOFTWARE.
+*/

@@ -1,0 +1,234 @@
+/* make bench: what each verb costs, side by side in one run. Times are the median of repeated runs on one core. */
+#define _POSIX_C_SOURCE 200809L
+#define LENSFLARE_IMPLEMENTATION
+#include "lensflare.h"
+#include <time.h>
+
+static double now(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static long allocations;
+
+static void *counting(void *user, void *block, size_t old_size, size_t new_size)
+{
+    (void)user;
+    (void)old_size;
+    if (new_size == 0) { free(block); return NULL; }
+    allocations++;
+    return realloc(block, new_size);
+}
+
+static int by_value(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+enum { RUNS = 31 };
+
+/* Median seconds of `body`, run RUNS times. */
+#define MEDIAN(result, body)                                 \
+    do {                                                     \
+        double times[RUNS];                                  \
+        int run;                                             \
+        for (run = 0; run < RUNS; run++) {                   \
+            double start = now();                            \
+            body;                                            \
+            times[run] = now() - start;                      \
+        }                                                    \
+        qsort(times, RUNS, sizeof times[0], by_value);       \
+        result = times[RUNS / 2];                            \
+    } while (0)
+
+static lflare *open_lens(const char *path, const lflare_settings *settings)
+{
+    lflare_desc desc = {0};
+    lflare_error error;
+    lflare *flare = NULL;
+    char *text;
+    if (lflare_file_read(path, NULL, NULL, &text, &desc.text_size, &error) < 0) {
+        printf("%s: %s\n", path, error.text);
+        exit(2);
+    }
+    desc.text = text;
+    desc.settings = *settings;
+    desc.allocate = counting;
+    if (lflare_create(&desc, &flare, &error) < 0) {
+        printf("%s:%d:%d: %s\n", path, (int)error.line, (int)error.column, error.text);
+        exit(2);
+    }
+    free(text);
+    return flare;
+}
+
+/* Lights on a slow circle, moved every frame. */
+static void move_lights(lflare_light *lights, int count, int frame)
+{
+    int i;
+    for (i = 0; i < count; i++) {
+        float angle = 0.7f * (float)i + 0.01f * (float)frame, size = 0.05f + 0.012f * (float)i;
+        memset(&lights[i], 0, sizeof lights[i]);
+        lights[i].direction[0] = size * cosf(angle);
+        lights[i].direction[1] = size * sinf(angle);
+        lights[i].direction[2] = -1;
+        lights[i].color[0] = lights[i].color[1] = lights[i].color[2] = 1;
+    }
+}
+
+static void bench_tables(const char *path)
+{
+    lflare_settings settings = {0};
+    lflare *flare = open_lens(path, &settings);
+    const lflare_lens *lens = lflare_get_lens(flare);
+    lflare_tables tables = *lflare_get_tables(flare);
+    lflare_tables_size size = lflare_tables_layout(lens, NULL, NULL, &tables);
+    lflare_view view = {0};
+    lflare_light lights[16];
+    double prepare, configure, derive, one = 0, sixteen = 0;
+    static lflare_lens derived;
+    int count, frame = 0;
+    void *lens_memory = malloc(size.lens), *settings_memory = malloc(size.settings);
+    int32_t rims = 0, g;
+    if (lens_memory == NULL || settings_memory == NULL) exit(2);
+    lflare_tables_layout(lens, lens_memory, settings_memory, &tables);
+    MEDIAN(derive, lflare_lens_derive(&lens->prescription, &derived, NULL));
+    MEDIAN(prepare, lflare_tables_prepare(lens, &tables, 0, tables.ghost_count));
+    MEDIAN(configure, {
+        lflare_tables_configure_begin(lens, &tables, &settings, NULL);
+        lflare_tables_configure_range(lens, &tables, &settings, 0, tables.ghost_count);
+        lflare_tables_configure_end(&tables, &settings);
+    });
+    for (g = 0; g < tables.ghost_count; g++) rims += (int32_t)tables.head[g * LFLARE_HEAD_FLOATS + 14];
+    view.width = 1280;
+    view.height = 720;
+    printf("%s: %d ghosts, %.2f rims a ghost\n", lens->prescription.name, (int)tables.ghost_count, (double)rims / tables.ghost_count);
+    printf("  derive lens                 %9.3f ms\n", 1e3 * derive);
+    printf("  prepare                     %9.3f ms   (aim for the Canon: 2)\n", 1e3 * prepare);
+    printf("  configure                   %9.3f ms   %.1f us a ghost, the smallest step\n", 1e3 * configure, 1e6 * configure / tables.ghost_count);
+    for (count = 1; count <= 16; count += 15) {
+        double t;
+        long before = allocations;
+        MEDIAN(t, {
+            int i;
+            for (i = 0; i < 100; i++) {
+                move_lights(lights, count, frame++);
+                lflare_frame(flare, &view, lights, count);
+            }
+        });
+        *(count == 1 ? &one : &sixteen) = t / 100;
+        printf("  frame, %2d light%s            %9.3f us   %d instances, %d bytes, %ld allocations   (aim for the Canon: %d us)\n", count, count == 1 ? " " : "s",
+               1e6 * t / 100, (int)lflare_get_frame(flare)->instance_count,
+               (int)(lflare_get_frame(flare)->instance_count * (int32_t)sizeof(lflare_instance) + count * (int32_t)sizeof(lflare_frame_light)),
+               allocations - before, count == 1 ? 5 : 60);
+    }
+    printf("  bytes: %.1f KB of tables for the lens, %.1f KB for settings\n", (double)size.lens / 1024, (double)size.settings / 1024);
+    free(lens_memory);
+    free(settings_memory);
+    lflare_destroy(flare);
+}
+
+/* Pixels that each ghost lights, added one by one with a plain loop: what any renderer that fills pixels must at least do. */
+static double fill_limit(lflare *flare, float *pixels, int width, int height, double *lit)
+{
+    const lflare_frame_data *frame = lflare_get_frame(flare);
+    const lflare_tables *tables = lflare_get_tables(flare);
+    int32_t count = frame->instance_count, i, y;
+    int32_t *spans = (int32_t *)malloc(sizeof(int32_t) * (size_t)count * (size_t)height * 2);
+    float *colours = (float *)malloc(sizeof(float) * 4 * (size_t)count);
+    float *row = (float *)malloc(sizeof(float) * 4 * (size_t)width);
+    double t;
+    lflare_image image = {0};
+    if (spans == NULL || colours == NULL || row == NULL) exit(2);
+    *lit = 0;
+    for (i = 0; i < count; i++) { /* spans found by drawing each ghost alone */
+        lflare_footprint fp;
+        int32_t k, x;
+        if (!lflare_footprint_resolve(tables, frame, frame->instances[i], &fp)) memset(&fp, 0, sizeof fp);
+        for (k = 0; k < 3; k++) colours[4 * i + k] = fp.channels[k].irradiance;
+        colours[4 * i + 3] = 0;
+        for (y = 0; y < height; y++) {
+            int32_t *span = spans + ((size_t)i * (size_t)height + (size_t)y) * 2;
+            image.width = width;
+            image.height = height;
+            image.pixels = row - (ptrdiff_t)4 * width * y; /* row y lands in `row` */
+            memset(row, 0, sizeof(float) * 4 * (size_t)width);
+            if (fp.radius > 0) lflare_software_rows(&fp, 1, &tables->iris, frame, &image, y, y + 1);
+            span[0] = span[1] = 0;
+            for (x = 0; x < width; x++)
+                if (row[4 * x] + row[4 * x + 1] + row[4 * x + 2] > 0) {
+                    if (span[1] == 0) span[0] = x;
+                    span[1] = x + 1;
+                }
+            *lit += span[1] - span[0];
+        }
+    }
+    MEDIAN(t, {
+        for (y = 0; y < height; y++)
+            for (i = 0; i < count; i++) {
+                const int32_t *span = spans + ((size_t)i * (size_t)height + (size_t)y) * 2;
+                const float *c = colours + 4 * i;
+                float *p = pixels + ((size_t)y * (size_t)width + (size_t)span[0]) * 4;
+                int32_t x;
+                for (x = span[0]; x < span[1]; x++, p += 4) {
+                    p[0] += c[0];
+                    p[1] += c[1];
+                    p[2] += c[2];
+                    p[3] += c[3];
+                }
+            }
+    });
+    free(spans);
+    free(colours);
+    free(row);
+    return t;
+}
+
+static void bench_software(const char *path, double fnumber, float x, float y, float radius)
+{
+    enum { W = 1280, H = 720 };
+    lflare_settings settings = {0};
+    lflare_view view = {0};
+    lflare_light light = {0};
+    lflare_image image = {0};
+    lflare *flare;
+    double ours, limit, lit;
+    settings.fnumber = fnumber;
+    flare = open_lens(path, &settings);
+    view.width = image.width = W;
+    view.height = image.height = H;
+    light.direction[0] = x;
+    light.direction[1] = y;
+    light.direction[2] = -1;
+    light.color[0] = light.color[1] = light.color[2] = 1;
+    light.angular_radius = radius;
+    image.pixels = (float *)calloc((size_t)4 * W * H, sizeof(float));
+    if (image.pixels == NULL) exit(2);
+    MEDIAN(ours, {
+        lflare_frame(flare, &view, &light, 1);
+        lflare_render(flare, &image);
+    });
+    limit = fill_limit(flare, image.pixels, W, H, &lit);
+    printf("software, %s, f/%g, light %.1f degrees off, lamp %g mrad: %7.2f ms; plain fill of the %.1f million lit pixels %7.2f ms; ratio %.2f (aim 2.5)\n",
+           lflare_get_lens(flare)->prescription.name, fnumber, (double)lflare_get_frame(flare)->lights[0].field_angle * 57.2958, 1e3 * (double)radius, 1e3 * ours,
+           lit * 1e-6, 1e3 * limit, ours / limit);
+    free(image.pixels);
+    lflare_destroy(flare);
+}
+
+int main(void)
+{
+    bench_tables("lenses/heliar-tronnier.lens");
+    bench_tables("lenses/canon-28-80.lens");
+    bench_tables("lenses/nikon-80-200-mid.lens");
+    bench_software("lenses/heliar-tronnier.lens", 8, 0.0954f, 0, 0);
+    bench_software("lenses/heliar-tronnier.lens", 22, 0.0954f, 0, 0);
+    bench_software("lenses/heliar-tronnier.lens", 8, 0.0954f, 0, 0.00465f);
+    bench_software("lenses/nikon-80-200-mid.lens", 2.8, 0.0954f, 0, 0);
+    bench_software("lenses/nikon-80-200-mid.lens", 8, 0.0954f, 0, 0);
+    bench_software("lenses/nikon-80-200-mid.lens", 8, 0.0954f, 0, 0.00465f);
+    return 0;
+}
