@@ -2,6 +2,7 @@
 # make demo    renders the flare of a real lens to a PNG and says where it is (a C compiler and make are enough)
 # make test    everything that is checked; installs what it needs when run as root, else says what to install
 # make bench   speed, as ratios side by side in one run
+# make shaders writes shaders_embedded/*.glsl into lensflare.h
 # make fuzz    thirty minutes of fuzzing (SECONDS=n for less); make coverage shows what it reached
 
 CC      ?= cc
@@ -18,7 +19,9 @@ LIBPNG   := -lpng
 endif
 
 EXAMPLES := $(B)/00_null $(B)/02_own_renderer
-TESTS    := $(patsubst tests/%.c,$(B)/%,$(wildcard tests/test_*.c))
+# GL is tested where EGL's and GL's headers are there.
+EGL      := $(shell printf '\043include <EGL/egl.h>\n\043include <GL/glext.h>\n' | $(CC) -E - >/dev/null 2>&1 && echo yes)
+TESTS    := $(patsubst tests/%.c,$(B)/%,$(if $(EGL),$(wildcard tests/test_*.c),$(filter-out tests/test_gl.c,$(wildcard tests/test_*.c))))
 
 all: $(B)/flare $(EXAMPLES)
 
@@ -31,6 +34,9 @@ $(B)/%: examples/%.c lensflare.h | $(B)
 $(B)/test_%: tests/test_%.c lensflare.h $(wildcard tests/*.h) | $(B)
 	$(CC) $(ALL) $< -o $@ -lcmocka -lm
 
+$(B)/test_gl: tests/test_gl.c tests/gl_context.h lensflare.h | $(B)
+	$(CC) $(ALL) $< -o $@ -lcmocka -lEGL -lGL -lm
+
 $(B)/bench: tests/bench.c lensflare.h | $(B)
 	$(CC) $(ALL) $< -o $@ -lm
 
@@ -38,7 +44,7 @@ $(B):
 	mkdir -p $@
 
 demo: $(B)/flare
-	$(B)/flare render lenses/nikon-80-200-mid.lens -o $(B)/demo.png --angle 9,6 --fnumber 5.6
+	$(B)/flare render lenses/nikon-80-200-mid.lens -o $(B)/demo.png --angle 5,3 --fnumber 5.6 --radius 4.65
 	@echo "The flare of a Nikon 80-200 mm zoom is in $(CURDIR)/$(B)/demo.png"
 
 test:
@@ -49,7 +55,17 @@ tests: $(TESTS)
 bench: $(B)/bench
 	$(B)/bench
 
+# The GLSL sources as string literals in the header; a test compares both.
+shaders:
+	shaders_embedded/embed.sh lensflare.h > lensflare.h.new && mv lensflare.h.new lensflare.h
+
+fuzz:
+	tests/fuzz.sh $(or $(SECONDS),1800)
+
+coverage:
+	tests/coverage.sh
+
 clean:
 	rm -rf $(B)
 
-.PHONY: all demo test tests bench clean
+.PHONY: all demo test tests bench shaders fuzz coverage clean

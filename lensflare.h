@@ -13,7 +13,8 @@
        LFLARE_ASSERT(x)        guards the library's own mistakes, never your input; default: nothing
        LFLARE_NO_STDIO         leaves out lflare_file_read and the include of <stdio.h>
        LFLARE_NO_SOFTWARE      leaves out the room "software"
-       LFLARE_NO_DIFFRACTION, LFLARE_NO_TRACE, LFLARE_NO_GL
+       LFLARE_NO_GL            leaves out the room "gl"
+       LFLARE_NO_DIFFRACTION, LFLARE_NO_TRACE
                                accepted; their rooms come in later versions
 
    Needs libc and libm. No globals, no output, no exit. All lengths are millimetres, angles radians, wavelengths
@@ -35,8 +36,9 @@
        >> 9 tables
        >> 10 frame
        >> 11 software
-       >> 12 object
-       >> 13 licence
+       >> 12 gl
+       >> 13 object
+       >> 14 licence
 
    QUICK EXAMPLE (a test extracts, compiles and runs it)
 
@@ -152,10 +154,10 @@
    THE TABLES, BY LIFETIME (all float; every row is a whole number of RGBA32F texels, so a GPU reads it with texelFetch)
 
        lens      head      ghost:  3 x (Ma11 Ma12 M11 M12), one per wavelength; (first second rims 0)       64 bytes
-       lens      rims      ghost:  LFLARE_MAX_RIMS x 3 x (A B h surface)                                   384 bytes
-       lens      film      surface: 64 x (R at 3 wavelengths, 0) over cos(theta) in the rarer medium      1024 bytes
+       lens      rims      ghost:  LFLARE_MAX_RIMS x 3 x (A B h surface)                                   576 bytes
+       lens      film      surface: 128 x (R at 3 wavelengths, 0) over cos(theta) in the rarer medium     2048 bytes
        lens      index     surface: index behind it at 3 wavelengths
-       settings  field     ghost:  LFLARE_FIELD_SAMPLES x 2 x (W_r W_g W_b centroid)(radius turn0 turn2 0) 1024 bytes
+       settings  field     ghost:  LFLARE_FIELD_SAMPLES x 2 x (W_r W_g W_b centroid)(radius turn0 turn2 binding) 2048 bytes
        settings  style     ghost:  (tint rgb, scale)(move along, move across, field angle where hidden, 1/that)
        settings  cull      active ghosts, strongest first: bounds, for the CPU's loop                       24 bytes
        settings  blades    (normal x y, distance, arc radius) per blade
@@ -175,6 +177,16 @@
    128 rows, 1024 layers in all, 65,535 ghosts, 65,535 lights as fixed at creation, pictures of any size. Rotationally
    symmetric refracting lenses. Two reflections, on one side of the stop.
 
+   GL STATE
+
+   A draw touches this state and, unless no_restore is set, puts it back as it was found (a test compares each value):
+   BLEND, DEPTH_TEST, STENCIL_TEST, CULL_FACE, RASTERIZER_DISCARD, SAMPLE_ALPHA_TO_COVERAGE, SAMPLE_COVERAGE,
+   COLOR_LOGIC_OP (not in ES); COLOR_WRITEMASK, BLEND_SRC_RGB, BLEND_DST_RGB, BLEND_SRC_ALPHA, BLEND_DST_ALPHA,
+   BLEND_EQUATION_RGB, BLEND_EQUATION_ALPHA, CURRENT_PROGRAM, VERTEX_ARRAY_BINDING, ARRAY_BUFFER_BINDING,
+   UNIFORM_BUFFER_BINDING, PIXEL_UNPACK_BUFFER_BINDING, UNPACK_ALIGNMENT, UNPACK_ROW_LENGTH, UNPACK_SKIP_ROWS,
+   UNPACK_SKIP_PIXELS, ACTIVE_TEXTURE; 2D texture and sampler of units 0 to 2; uniform buffer 0 with its range.
+   Framebuffer, viewport, scissor and sRGB encoding stay the caller's.
+
    THREADS
 
    No function touches anything but its arguments. Different objects may be used by different threads at once, and one
@@ -192,7 +204,9 @@
 #define LFLARE_VERSION 100 /* major * 10000 + minor * 100 + patch */
 
 #ifndef LFLARE_API
-#ifdef LFLARE_STATIC
+#if defined(LFLARE_STATIC) && defined(__GNUC__)
+#define LFLARE_API static __attribute__((unused)) /* what the program does not call is not worth a warning */
+#elif defined(LFLARE_STATIC)
 #define LFLARE_API static
 #elif defined(__cplusplus)
 #define LFLARE_API extern "C"
@@ -205,12 +219,13 @@ enum {
     LFLARE_MAX_SURFACES = 128, /* rows of a prescription, the stop counted */
     LFLARE_MAX_LAYERS = 1024,  /* coating layers of a prescription, all surfaces together */
     LFLARE_MAX_BLADES = 16,
-    LFLARE_MAX_RIMS = 8,       /* clipping circles kept per ghost, pupil and iris not counted; those that bind most */
+    LFLARE_MAX_EDGES = 5,      /* of a drawn footprint: the iris and the four rims that bind most for its light */
+    LFLARE_MAX_RIMS = 12,      /* clipping circles kept per ghost, pupil and iris not counted; those that bind most */
     LFLARE_MAX_CIRCLES = 3 * LFLARE_MAX_SURFACES + 2, /* of a path: a rim per crossing */
     LFLARE_MAX_NOTES = 160,
     LFLARE_WAVELENGTHS = 3,    /* of a band */
-    LFLARE_FIELD_SAMPLES = 32, /* of a ghost's colour and footprint over the field angle */
-    LFLARE_FILM_SAMPLES = 64,
+    LFLARE_FIELD_SAMPLES = 64, /* of a ghost's colour and footprint over the field angle */
+    LFLARE_FILM_SAMPLES = 128,
     LFLARE_HEAD_FLOATS = 16,
     LFLARE_RIM_FLOATS = 12,    /* of one rim: 3 x (A B h surface) */
     LFLARE_FIELD_FLOATS = 8,   /* of one sample */
@@ -226,7 +241,8 @@ typedef enum lflare_result {
     LFLARE_ERROR_ARGUMENT = -3,   /* an argument is NULL, out of range or not finite */
     LFLARE_ERROR_MEMORY = -4,     /* an allocation failed; nothing leaked, nothing changed */
     LFLARE_ERROR_FILE = -5,       /* the file cannot be read */
-    LFLARE_ERROR_LIMIT = -6       /* more lights or layers than were asked for */
+    LFLARE_ERROR_LIMIT = -6,      /* more lights than were asked for, or than a draw takes */
+    LFLARE_ERROR_GL = -7          /* a GL function or version is missing, or a shader fails: see the error's text and the log */
 } lflare_result;
 
 /* What went wrong and where. `line` and `column` count from 1, columns in bytes; 0 where there is no text to point at. */
@@ -235,6 +251,9 @@ typedef struct lflare_error {
     int32_t line, column;
     char text[200]; /* one sentence, no line break, zero-terminated */
 } lflare_error;
+
+/* realloc-shaped: block NULL allocates, new_size 0 frees (and returns NULL). Both sizes are always right. */
+typedef void *(*lflare_realloc)(void *user, void *block, size_t old_size, size_t new_size);
 
 /* ---- prescriptions ---- */
 
@@ -272,7 +291,7 @@ typedef struct lflare_surface {
     int32_t line;          /* where it stood in the text, 0 if nowhere */
 } lflare_surface;
 
-/* Plain data, about 48 KB, copied by assignment. All zeroes is a valid start for one made by hand. */
+/* Plain data, about 43 KB, copied by assignment. All zeroes is a valid start for one made by hand. */
 typedef struct lflare_prescription {
     char name[96], patent[96], source[256];
     double fnumber;                      /* full opening; 0 = derive it from the stop */
@@ -392,7 +411,7 @@ typedef struct lflare_circle {
 } lflare_circle;
 
 typedef struct lflare_region {
-    double area, centroid;  /* of the intersection; area 0 and the touching point if it is empty */
+    double area, centroid;  /* of the intersection; if it is empty 0 and the middle of the gap, kept within the first circle */
     double lo, hi;          /* its ends on the line */
 } lflare_region;
 
@@ -421,7 +440,8 @@ LFLARE_API double lflare_ghost_weight(const lflare_lens *lens, double nm, lflare
 
 /* ---- iris ---- */
 
-/* One edge of the iris on the stop plane. Straight: inside is n.a <= distance. Curved: |a + n distance| <= arc. */
+/* One edge of the iris on the stop plane, in units of the iris's radius. Straight: inside is n.a <= distance. Curved:
+   |a + n distance| <= arc. */
 typedef struct lflare_blade {
     float nx, ny, distance, arc; /* arc 0 = straight */
 } lflare_blade;
@@ -457,8 +477,8 @@ typedef struct lflare_settings {
     double fnumber;
     int32_t blades;
     float blade_rotation, blade_curvature;
-    int32_t raw;               /* 1: irradiance in multiples of the light's; 0: a constant gain per lens and settings, such
-                                  that a white light halfway to the frame's side adds LFLARE_NORMAL_MEAN on average */
+    int32_t raw;               /* 1: irradiance in multiples of the light's; 0: times a constant of the lens, such that a white
+                                  light halfway to the frame's side adds about LFLARE_NORMAL_MEAN on average at f/8 */
     float exposure_ev;         /* stops on top of either */
     int32_t ghost_budget;      /* most ghosts per light, strongest first; 0 = all */
     float min_flux;            /* leaves out ghosts whose peak flux is below this fraction of all ghosts' sum */
@@ -467,7 +487,8 @@ typedef struct lflare_settings {
     int32_t override_count;
 } lflare_settings;
 
-#define LFLARE_NORMAL_MEAN 0.02f
+#define LFLARE_NORMAL_MEAN 0.06f
+#define LFLARE_NORMAL_FNUMBER 8.0f
 
 typedef enum lflare_fit {
     LFLARE_FIT_WIDTH = 0, /* frame width = sensor width; the light's place in the frame decides its slope */
@@ -518,12 +539,13 @@ typedef struct lflare_tables {
     /* settings: filled by lflare_tables_configure_* */
     float *field;           /* [ghost_count * LFLARE_FIELD_SAMPLES * LFLARE_FIELD_FLOATS] */
     float *style;           /* [ghost_count * LFLARE_STYLE_FLOATS] */
-    float *rank;            /* [ghost_count * 2]: peak flux; mean irradiance at the reference angle, full opening */
+    float *rank;            /* [ghost_count * 2]: peak flux; mean irradiance over the frame at the exposure's reference */
     lflare_cull *cull;      /* [ghost_count], the first active_count in use, strongest first */
-    int32_t active_count, ghost_budget, paper_clipping;
+    int32_t active_count, ghost_budget;
     float exposure;         /* gain on the lights' colour */
     float fnumber;          /* effective */
     lflare_iris iris;
+    uint32_t lens_revision, settings_revision; /* counted up by prepare (range from 0) and configure_end: what to upload anew */
 } lflare_tables;
 
 /* Bytes of the lens's and of the settings' arrays. Several settings may share one lens part. */
@@ -536,11 +558,11 @@ typedef struct lflare_tables_size {
 LFLARE_API lflare_tables_size lflare_tables_layout(const lflare_lens *lens, void *lens_memory, void *settings_memory, lflare_tables *out);
 
 /* Prepare: the lens tables of ghosts begin <= g < end, so that slices or threads may share the work; films and indices
-   come with begin == 0. Cost: about 5 us a ghost. */
+   come with begin == 0. Cost: 10 to 15 us a ghost. */
 LFLARE_API lflare_result lflare_tables_prepare(const lflare_lens *lens, lflare_tables *tables, int32_t begin, int32_t end);
 
 /* Configure, in three parts that may be spread over frames: begin (iris, overrides checked), any number of ranges
-   covering all ghosts (about 25 us a ghost), end (order, normalisation). The lens tables must be whole. */
+   covering all ghosts (50 to 120 us a ghost), end (order, normalisation). The lens tables must be whole. */
 LFLARE_API lflare_result lflare_tables_configure_begin(const lflare_lens *lens, lflare_tables *tables, const lflare_settings *settings,
                                                        lflare_error *error);
 LFLARE_API void lflare_tables_configure_range(const lflare_lens *lens, lflare_tables *tables, const lflare_settings *settings, int32_t begin,
@@ -584,25 +606,22 @@ typedef struct lflare_frame_data {
 LFLARE_API lflare_result lflare_frame_build(const lflare_tables *tables, const lflare_view *view, const lflare_light *lights, int32_t light_count,
                                             lflare_frame_data *frame);
 
-/* An edge of a ghost in the plane of its own rim: with d the sensor position less the footprint's centre, a = gain d +
-   offset axis is the height vector there; inside is |a| <= radius, fading over +-soft. */
+/* An edge of a ghost, in units of its own radius: where the sensor point is d away from the footprint's centre[k], the ray
+   meets the edge's plane at a = gain[k] d + offset[k] axis; inside is |a| <= 1, fading over +-soft[k]. edges[0] is the iris:
+   with blades, the blades in its place. */
 typedef struct lflare_edge {
-    float gain, offset, radius, soft;
+    float gain[LFLARE_WAVELENGTHS], offset[LFLARE_WAVELENGTHS], soft[LFLARE_WAVELENGTHS];
 } lflare_edge;
 
-/* A ghost as drawn for one light and wavelength: what the vertex shader computes, for renderers of your own. */
-typedef struct lflare_footprint_channel {
-    float centre[2];   /* on the sensor, mm */
-    float irradiance;  /* inside; linear, exposure applied */
-    int32_t edge_count;/* edges[0] is the iris: its circumscribed circle, or the blades if there are any */
-    lflare_edge edges[1 + LFLARE_MAX_RIMS];
-} lflare_footprint_channel;
-
+/* A ghost as drawn for one light: what the vertex shader computes, for renderers of your own. */
 typedef struct lflare_footprint {
-    float axis[2];
-    float radius;      /* bounding, about every channel's centre, soft edges included; mm */
-    int32_t fine;      /* 1: under 4 pixels in radius, edges are meant for a 4 x 4 grid of samples a pixel */
-    lflare_footprint_channel channels[LFLARE_WAVELENGTHS];
+    float axis[2];                           /* unit vector along the light's slope */
+    float centre[LFLARE_WAVELENGTHS][2];     /* on the sensor, mm */
+    float irradiance[LFLARE_WAVELENGTHS];    /* inside; linear, exposure applied */
+    float radius;                            /* bounding, about every centre, soft edges included; mm */
+    int32_t fine;                            /* 1: under 4 pixels in radius: edges are meant for 4 x 4 samples a pixel */
+    int32_t edge_count;
+    lflare_edge edges[LFLARE_MAX_EDGES];
 } lflare_footprint;
 
 /* Resolves one instance. About 0.3 us. Returns 0 if nothing is left to draw. */
@@ -633,12 +652,42 @@ LFLARE_API lflare_result lflare_software_rows(const lflare_footprint *footprints
    clipped; `out` holds 3 * count bytes. */
 LFLARE_API void lflare_to_rgb8(const float *rgba, size_t count, float gain, int32_t srgb, uint8_t *out);
 
+/* ---- gl ---- */
+
+enum { LFLARE_GL_MAX_LIGHTS = 240 }; /* of one draw: a uniform block of 16 KB */
+
+/* The shape of glfwGetProcAddress, eglGetProcAddress and OSMesaGetProcAddress: the only door to GL. */
+typedef void (*lflare_gl_function)(void);
+typedef lflare_gl_function (*lflare_gl_loader)(const char *name);
+
+typedef struct lflare_gl lflare_gl;
+
+typedef struct lflare_gl_desc {
+    lflare_gl_loader load;
+    int32_t no_restore;      /* 1: a draw makes no glGet and leaves what GL STATE lists changed */
+    char *log;               /* receives a failing shader's log; may be NULL */
+    size_t log_size;
+    lflare_realloc allocate; /* NULL = libc's */
+    void *user;
+} lflare_gl_desc;
+
+/* With the context current: GL 3.3 core, ES 3.0 or WebGL 2, told apart at run time. On error *out is NULL, no GL object is
+   left, *error (may be NULL) names the missing function or version. */
+LFLARE_API lflare_result lflare_gl_create(const lflare_gl_desc *desc, lflare_gl **out, lflare_error *error);
+
+/* Adds the frame's ghosts to the bound framebuffer and viewport: two instanced draws, insides and
+   rims, whatever the number of lights. Uploads
+   tables that changed since the last draw (allocating then), else 8 bytes an instance and 64 a light. Never reads back,
+   never waits. The target is linear (or encodes on write); float or half float keeps more than one ghost in 255 steps. */
+LFLARE_API lflare_result lflare_gl_draw(lflare_gl *gl, const lflare_tables *tables, const lflare_frame_data *frame);
+
+/* The context is lost: GL is not called any more; destroy and create anew. */
+LFLARE_API void lflare_gl_forget(lflare_gl *gl);
+LFLARE_API void lflare_gl_destroy(lflare_gl *gl); /* with the context current, unless forgotten; NULL is fine */
+
 /* ---- the object ---- */
 
 typedef struct lflare lflare;
-
-/* realloc-shaped: block NULL allocates, new_size 0 frees (and returns NULL). Both sizes are always right. */
-typedef void *(*lflare_realloc)(void *user, void *block, size_t old_size, size_t new_size);
 
 typedef struct lflare_desc {
     const char *text;       /* a prescription's text, or */
@@ -703,7 +752,7 @@ LFLARE_API int32_t lflare_version(void);
 #define LFLARE_ASSERT(x) ((void)0)
 #endif
 
-/* LFLARE_STATIC leaves whatever the program does not call unused, which is not worth a warning. */
+/* LFLARE_STATIC leaves declared what a switch leaves undefined, which is not worth a warning. */
 #if defined(LFLARE_STATIC) && defined(__GNUC__)
 #pragma GCC diagnostic ignored "-Wunused-function"
 #endif
@@ -717,6 +766,14 @@ static float lflare__minf(float a, float b) { return a < b ? a : b; }
 static float lflare__maxf(float a, float b) { return a > b ? a : b; }
 static int lflare__finite(double x) { return x - x == 0; }
 static int lflare__finite3(const float *v) { return lflare__finite((double)v[0] + (double)v[1] + (double)v[2]); }
+
+static void *lflare__libc_realloc(void *user, void *block, size_t old_size, size_t new_size)
+{
+    (void)user;
+    (void)old_size;
+    if (new_size == 0) { free(block); return NULL; }
+    return realloc(block, new_size);
+}
 
 /* >> 2 text */
 /* Bytes to rows, rows to bytes. No libc conversion is used: they follow the locale and need a terminating zero. */
@@ -806,10 +863,15 @@ LFLARE_API int32_t lflare_number_read(const char *text, size_t size, double *out
             w.lo = (w.hi - sum) + w.lo;
             w.hi = sum;
         }
-        w = lflare__wide_scale(w, scale);
-        *out = lflare__finite(w.hi) ? w.hi + (lflare__finite(w.lo) ? w.lo : 0) : HUGE_VAL;
+        {   /* a power of two keeps the products within range */
+            double guard = scale > 0 ? 18446744073709551616.0 : scale < -280 ? 1 / 18446744073709551616.0 : 1;
+            w.hi /= guard;
+            w.lo /= guard;
+            w = lflare__wide_scale(w, scale);
+            *out = (w.hi + w.lo) * guard;
+        }
     }
-    if (negative) *out = -*out;
+    if (negative && *out != 0) *out = -*out;
     return 1;
 }
 
@@ -827,16 +889,19 @@ static int32_t lflare__put_unsigned(uint64_t v, char *out)
 static int32_t lflare__digits(double value, char *digits, int32_t *point)
 {
     int32_t precision, e = (int32_t)floor(log10(value)), n = 0;
+    double guard = value > 1e280 ? 18446744073709551616.0 : value < 1e-280 ? 1 / 18446744073709551616.0 : 1; /* keeps products in range */
     for (precision = 1; precision <= 17; precision++) {
         lflare__wide w;
         double back;
         uint64_t m;
         char text[32];
-        w.hi = value;
+        w.hi = value / guard;
         w.lo = 0;
         w = lflare__wide_scale(w, precision - 1 - e);
+        w.hi *= guard;
+        w.lo *= guard;
         m = (uint64_t)w.hi;
-        m += (uint64_t)((w.hi - (double)m) + w.lo + 0.5);
+        m = (uint64_t)((int64_t)m + (int64_t)floor((w.hi - (double)m) + w.lo + 0.5)); /* lo may be negative, and over 1 */
         n = lflare__put_unsigned(m, digits);
         *point = n + e - precision + 1;
         memcpy(text, digits, (size_t)n);
@@ -1018,6 +1083,7 @@ static int lflare__is(const lflare__reader *r, const char *word)
 static int lflare__value(lflare__reader *r, lflare__quantity q, double *out)
 {
     const char *range;
+    if (r->length == 0) return lflare__bad(r, "a number is missing here");
     if (!lflare_number_read(r->word, r->length, out)) return lflare__bad(r, "a number was expected, not '%s'");
     if (!lflare__finite(*out)) return lflare__bad(r, "the number '%s' is too large");
     if ((range = lflare__range(q, *out)) != NULL) {
@@ -1067,6 +1133,7 @@ static int lflare__text(lflare__reader *r, char *out, size_t size)
     if (n == 0) return lflare__bad(r, "a text is missing here");
     if (n >= size) {
         r->word += size - 1;
+        r->length -= size - 1;
         return lflare__bad(r, "the text is too long from here on");
     }
     memcpy(out, r->word, n);
@@ -1096,7 +1163,8 @@ static int lflare__read_coating(lflare__reader *r, lflare_prescription *p, lflar
         const char *back = r->at;
         lflare_layer *layer = &p->layers[p->layer_count];
         if (!lflare__word(r) || memchr(r->word, ':', r->length) == NULL) {
-            if (s->layer_count == 0) return lflare__bad(r, "a layer such as 1.38:99.6 was expected, not '%s'");
+            if (s->layer_count == 0)
+                return lflare__bad(r, r->length > 0 ? "a layer such as 1.38:99.6 was expected, not '%s'" : "a layer such as 1.38:99.6 is missing after 'stack'");
             r->at = back;
             return 1;
         }
@@ -1109,22 +1177,28 @@ static int lflare__read_coating(lflare__reader *r, lflare_prescription *p, lflar
 
 static int lflare__read_asphere(lflare__reader *r, lflare_surface *s)
 {
-    int32_t count = 0;
+    uint32_t powers = 0;
     for (;;) {
-        const char *back = r->at;
+        const char *back = r->at, *term;
+        size_t length;
         double power = 0, value = 0;
         int32_t i;
         if (!lflare__word(r) || memchr(r->word, ':', r->length) == NULL) {
-            if (count == 0) return lflare__bad(r, "a term such as 4:1.5e-6 was expected, not '%s'");
+            if (powers == 0)
+                return lflare__bad(r, r->length > 0 ? "a term such as 4:1.5e-6 was expected, not '%s'" : "a term such as 4:1.5e-6 is missing after 'asphere'");
             r->at = back;
             return 1;
         }
+        term = r->word;
+        length = r->length;
         if (!lflare__split(r, LFLARE__COEFFICIENT, &power, LFLARE__COEFFICIENT, &value)) return 0;
+        r->word = term;
+        r->length = length;
         i = power >= 2 && power <= 16 ? (int32_t)power / 2 - 1 : -1;
-        if (i < 0 || power != 2.0 * (i + 1)) return lflare__bad(r, "the power of an aspheric term is even, 2 to 16");
-        if (s->aspheric[i] != 0) return lflare__bad(r, "this power is given twice");
+        if (i < 0 || power != 2.0 * (i + 1)) return lflare__bad(r, "the power of an aspheric term is even, 2 to 16, not as in '%s'");
+        if ((powers & (1u << i)) != 0) return lflare__bad(r, "the power of '%s' is given twice");
         s->aspheric[i] = value;
-        count++;
+        powers |= 1u << i;
     }
 }
 
@@ -1152,14 +1226,16 @@ static int lflare__read_option(lflare__reader *r, lflare_prescription *p, lflare
         m->kind = LFLARE_MEDIUM_SELLMEIER;
         if (!lflare__once(r, seen, MEDIUM)) return 0;
         for (i = 0; i < 6; i++)
-            if (!lflare__next_value(r, LFLARE__COEFFICIENT, "sellmeier", &m->c[i])) return 0;
+            if (!lflare__word(r)) return lflare__bad(r, "'sellmeier' takes six numbers, B1 B2 B3 C1 C2 C3");
+            else if (!lflare__value(r, LFLARE__COEFFICIENT, &m->c[i])) return 0;
         return 1;
     }
     if (lflare__is(r, "cauchy")) {
         m->kind = LFLARE_MEDIUM_CAUCHY;
         if (!lflare__once(r, seen, MEDIUM)) return 0;
         for (i = 0; i < 2; i++)
-            if (!lflare__next_value(r, LFLARE__COEFFICIENT, "cauchy", &m->c[i])) return 0;
+            if (!lflare__word(r)) return lflare__bad(r, "'cauchy' takes two or three numbers, A B C");
+            else if (!lflare__value(r, LFLARE__COEFFICIENT, &m->c[i])) return 0;
         {
             const char *back = r->at;
             double c;
@@ -1178,7 +1254,7 @@ static int lflare__read_option(lflare__reader *r, lflare_prescription *p, lflare
     if (lflare__is(r, "conic")) return lflare__once(r, seen, CONIC) && lflare__next_value(r, LFLARE__CONIC, "conic", &s->conic);
     if (lflare__is(r, "asphere")) return lflare__once(r, seen, ASPHERE) && lflare__read_asphere(r, s);
     if (lflare__is(r, "coating")) return lflare__once(r, seen, COATING) && lflare__read_coating(r, p, s);
-    return lflare__bad(r, "unknown word '%s' in a surface's row");
+    return lflare__bad(r, "unknown word '%s' (options are air, n, nd, sellmeier, cauchy, glass, semi, conic, asphere and coating)");
 }
 
 static int lflare__read_row(lflare__reader *r, lflare_prescription *p)
@@ -1193,7 +1269,7 @@ static int lflare__read_row(lflare__reader *r, lflare_prescription *p)
     if (!s->is_stop && !lflare__is(r, "flat")) {
         double radius;
         if (!lflare_number_read(r->word, r->length, &radius))
-            return lflare__bad(r, "unknown word '%s' (a row begins with a radius, 'flat' or 'stop')");
+            return lflare__bad(r, "unknown word '%s' (a line begins with a radius, 'flat', 'stop', 'name', 'patent', 'source', 'fnumber' or 'sensor')");
         if (!lflare__value(r, LFLARE__RADIUS, &s->radius)) return 0;
     }
     if (!lflare__word(r)) return lflare__bad(r, "the gap to the next row is missing");
@@ -1260,14 +1336,15 @@ LFLARE_API lflare_result lflare_text_read(const char *text, size_t size, lflare_
     r.end = r.at + size;
     r.line = 1;
     r.error = error;
+    if (size >= 3 && memcmp(r.at, "\xef\xbb\xbf", 3) == 0) r.at = r.line_start = r.at + 3;
     if (!lflare__check_bytes(&r)) return r.failed;
-    if (size >= 3 && memcmp(r.at, "\xef\xbb\xbf", 3) == 0) r.at += 3;
     while (r.at < r.end) {
         if (lflare__word(&r)) {
             if (statements++ == 0) {
                 double version = 0;
                 if (!lflare__is(&r, "lensflare")) lflare__bad(&r, "the first statement must be 'lensflare 1', not '%s'");
-                else if (!lflare__word(&r) || !lflare_number_read(r.word, r.length, &version) || version != 1)
+                else if (!lflare__word(&r)) lflare__bad(&r, "the version is missing: write 'lensflare 1'");
+                else if (!lflare_number_read(r.word, r.length, &version) || version != 1)
                     lflare__bad(&r, "this reader knows version 1 of the format, not '%s'");
             } else {
                 lflare__read_statement(&r, out);
@@ -1354,7 +1431,7 @@ static void lflare__put_medium(lflare__writer *w, const lflare_medium *m)
     }
     if (m->glass[0] != 0) {
         lflare__put(w, " glass ");
-        lflare__put_clean(w, m->glass, sizeof m->glass, 1);
+        lflare__put_clean(w, m->glass, sizeof m->glass - 1, 1);
     }
 }
 
@@ -1415,9 +1492,11 @@ LFLARE_API lflare_result lflare_text_write(const lflare_prescription *p, char *t
     for (i = 0; i < 3; i++) {
         static const char *const words[3] = {"name      ", "patent    ", "source    "};
         const char *value = i == 0 ? p->name : i == 1 ? p->patent : p->source;
-        if (value[0] == 0) continue;
+        size_t room = (i == 2 ? sizeof p->source : sizeof p->name) - 1, k = 0;
+        while (k < room && value[k] != 0 && ((uint8_t)value[k] <= 32 || value[k] == 127)) k++;
+        if (k == room || value[k] == 0) continue; /* nothing but blanks */
         lflare__put(&w, words[i]);
-        lflare__put_clean(&w, value, i == 2 ? sizeof p->source : sizeof p->name, 0);
+        lflare__put_clean(&w, value, room, 0);
         lflare__put(&w, "\n");
     }
     if (p->fnumber != 0) {
@@ -1576,6 +1655,7 @@ LFLARE_API const char *lflare_result_text(lflare_result result)
     case LFLARE_ERROR_MEMORY: return "out of memory";
     case LFLARE_ERROR_FILE: return "the file cannot be read";
     case LFLARE_ERROR_LIMIT: return "more than was allowed for at creation";
+    case LFLARE_ERROR_GL: return "GL lacks something, or a shader fails";
     }
     return "unknown result";
 }
@@ -1670,7 +1750,7 @@ static lflare_result lflare__check_row(const lflare_prescription *p, int32_t ind
 
 static lflare_result lflare__check_rows(const lflare_prescription *p, lflare_lens *lens, lflare_error *error)
 {
-    int32_t i, last_line = 0;
+    int32_t i, last_line = 0, behind_line = 0;
     lflare_medium_kind behind = LFLARE_MEDIUM_AIR;
     lens->stop = -1;
     if (p->surface_count < 1 || p->surface_count > LFLARE_MAX_SURFACES)
@@ -1680,7 +1760,10 @@ static lflare_result lflare__check_rows(const lflare_prescription *p, lflare_len
         lflare_result result = lflare__check_row(p, i, error);
         if (result != LFLARE_OK) return result;
         last_line = s->line;
-        if (!s->is_stop) behind = s->medium.kind;
+        if (!s->is_stop) {
+            behind = s->medium.kind;
+            behind_line = s->line;
+        }
         lens->curvature[i] = (s->radius != 0 ? 1 / s->radius : 0) + 2 * s->aspheric[0];
         if (!s->is_stop) continue;
         if (lens->stop >= 0)
@@ -1691,7 +1774,7 @@ static lflare_result lflare__check_rows(const lflare_prescription *p, lflare_len
     if (lens->stop < 0)
         return lflare__fail(error, LFLARE_ERROR_LENS, last_line, last_line > 0, "there is no stop: add a row 'stop GAP' where the iris is");
     if (behind != LFLARE_MEDIUM_AIR)
-        return lflare__fail(error, LFLARE_ERROR_LENS, last_line, last_line > 0, "the lens ends in glass: the medium behind its last surface must be air");
+        return lflare__fail(error, LFLARE_ERROR_LENS, behind_line, behind_line > 0, "the lens ends in glass: the medium behind its last surface must be air");
     return LFLARE_OK;
 }
 
@@ -1740,13 +1823,16 @@ static lflare_result lflare__derive_stop(lflare_lens *lens, const lflare__paraxi
         for (i = 0; p->fnumber == 0 && i < p->surface_count; i++)
             if (p->surfaces[i].semi_diameter != 0)
                 best = lflare__min(best, p->surfaces[i].semi_diameter * a11 / lflare__max(fabs(x->before[i].a), 1e-9));
-        if (!(best >= 1e-6 && best < 1e6))
+        if (lflare__range(LFLARE__SEMI, best) != NULL)
             return lflare__fail(error, LFLARE_ERROR_LENS, stop->line, stop->line > 0, "the aperture is unknown: give 'fnumber', or 'semi' in the stop's row");
         stop->semi_diameter = best;
         lflare__note(lens, LFLARE_NOTE_STOP_DERIVED, lens->stop, best, 0);
     }
     lens->stop_a11 = x->before[lens->stop].a;
     lens->fnumber = a11 * lens->efl / (2 * stop->semi_diameter);
+    if (lflare__range(LFLARE__FNUMBER, lens->fnumber) != NULL)
+        return lflare__fail(error, LFLARE_ERROR_LENS, stop->line, stop->line > 0, "the stop's semi-diameter of %g mm makes an f-number of %g; it is between 0.1 and 1000",
+                            stop->semi_diameter, lens->fnumber);
     if (p->fnumber == 0) {
         p->fnumber = lens->fnumber;
         lflare__note(lens, LFLARE_NOTE_FNUMBER_DERIVED, -1, lens->fnumber, 0);
@@ -1981,10 +2067,8 @@ typedef struct lflare__stretch {
     double from, to;
 } lflare__stretch;
 
-static double lflare__line_at(lflare_circle c, double u, double x)
-{
-    return (c.radius - c.centre * u) * (c.radius + c.centre * u) + 2 * c.centre * u * x;
-}
+/* alpha; beta is 2 centre u */
+static double lflare__square_at(lflare_circle c, double u) { return (c.radius - c.centre * u) * (c.radius + c.centre * u); }
 
 static int32_t lflare__envelope(const lflare_circle *c, int32_t count, double u, lflare__stretch *out, double *lo, double *hi)
 {
@@ -1999,13 +2083,16 @@ static int32_t lflare__envelope(const lflare_circle *c, int32_t count, double u,
     }
     if (!(*lo < *hi)) return 0;
     for (x = *lo; n < count;) {
-        double next = *hi;
+        double next = *hi, here = lflare__square_at(c[at], u);
         int32_t follower = -1;
         for (k = 0; k < count; k++) { /* only lines of lesser slope can get below */
-            double slope = 2 * u * (c[at].centre - c[k].centre), cross;
+            double slope = 2 * u * (c[at].centre - c[k].centre), rise;
             if (!(slope > 0)) continue;
-            cross = (lflare__line_at(c[k], u, 0) - lflare__line_at(c[at], u, 0)) / slope;
-            if (cross < next) { next = lflare__max(cross, x); follower = k; }
+            rise = lflare__square_at(c[k], u) - here;
+            if (rise < next * slope) {
+                next = lflare__max(rise / slope, x);
+                follower = k;
+            }
         }
         out[n].circle = at;
         out[n].from = x;
@@ -2043,22 +2130,37 @@ LFLARE_API lflare_region lflare_region_of(const lflare_circle *circles, int32_t 
         moment += centre * area + 2.0 / 3.0 * (y0 * y0 * y0 - y1 * y1 * y1);
         if (turn != NULL) turn[stretches[i].circle] += 2 * angle;
     }
-    if (region.area > 1e-12 * (region.hi - region.lo) * (region.hi - region.lo))
+    if (region.area > 1e-12 * (region.hi - region.lo) * (region.hi - region.lo)) {
         region.centroid = lflare__clamp(moment / region.area, region.lo, region.hi);
-    else
+    } else {
+        double reach = circles[0].radius, middle = circles[0].centre * u;
         region.area = 0;
+        region.centroid = lflare__clamp(region.centroid, middle - reach, middle + reach);
+    }
     return region;
 }
 
 /* From this slope on two of the circles no longer meet; all circles on one line meet if each two do. */
-static double lflare__hidden_slope(const lflare_circle *c, int32_t count)
+static double lflare__part(const lflare_circle *a, const lflare_circle *b, double u)
+{
+    double gap = fabs(a->centre - b->centre), reach = a->radius + b->radius;
+    return reach < u * gap ? reach / gap : u;
+}
+
+static double lflare__hidden_slope(const lflare_circle *c, int32_t count, int32_t *pair)
 {
     double u = 60; /* 89 degrees */
     int32_t i, k;
+    pair[0] = pair[1] = 0;
     for (i = 0; i < count; i++)
-        for (k = 0; k < i; k++)
-            if ((c[i].radius + c[k].radius) < u * fabs(c[i].centre - c[k].centre))
-                u = (c[i].radius + c[k].radius) / fabs(c[i].centre - c[k].centre);
+        for (k = 0; k < i; k++) {
+            double parted = lflare__part(&c[i], &c[k], u);
+            if (parted < u) {
+                u = parted;
+                pair[0] = i;
+                pair[1] = k;
+            }
+        }
     return u;
 }
 
@@ -2114,55 +2216,48 @@ LFLARE_API lflare_clip lflare_ghost_clip(const lflare_lens *lens, double nm, lfl
 
 /* >> 7 coating */
 
+/* A stack's characteristic matrix [a, i b; i c, d] for one polarisation: its entries are real, for evanescent layers too. */
+typedef struct lflare__stack {
+    double a, b, c, d;
+} lflare__stack;
+
+/* One more layer behind: cosine and sine (hyperbolic if evanescent, `sign` then -1) of its phase, admittance y. */
+static void lflare__stack_add(lflare__stack *m, double cosine, double sine, double y, double sign)
+{
+    double b = sine / y, c = sign * sine * y, na = m->a * cosine - m->b * c, nc = m->c * cosine + m->d * c;
+    m->b = m->a * b + m->b * cosine;
+    m->d = m->d * cosine - m->c * b;
+    m->a = na;
+    m->c = nc;
+}
+
+/* Power reflected between admittances y0 and y1. */
+static double lflare__stack_reflectance(const lflare__stack *m, double y0, double y1)
+{
+    double er = y0 * m->a, ei = y0 * m->b * y1, hr = m->d * y1, hi = m->c;
+    double scale = 1 / lflare__max(lflare__max(fabs(er), fabs(ei)), lflare__max(fabs(hr), fabs(hi)));
+    double mr = (er - hr) * scale, mi = (ei - hi) * scale, pr = (er + hr) * scale, pi = (ei + hi) * scale;
+    return (mr * mr + mi * mi) / (pr * pr + pi * pi);
+}
+
 /* Bare surfaces come out of the empty product; the cosine form has no 0/0 at normal incidence (P 5). */
 LFLARE_API double lflare_film_reflectance(double n0, double n1, const lflare_layer *layers, int32_t count, double nm, double s)
 {
-    double sum = 0;
-    int32_t polarisation, i;
+    lflare__stack ms = {1, 0, 0, 1}, mp = {1, 0, 0, 1};
     double cos0, cos1;
+    int32_t i;
     if (s >= n0 || s >= n1) return 1;
     cos0 = sqrt((1 - s / n0) * (1 + s / n0));
     cos1 = sqrt((1 - s / n1) * (1 + s / n1));
-    for (polarisation = 0; polarisation < 2; polarisation++) {
-        /* characteristic matrix [a, i b; i c, d]: real entries also for evanescent layers */
-        double a = 1, b = 0, c = 0, d = 1;
-        double y0 = polarisation ? n0 / cos0 : n0 * cos0, y1 = polarisation ? n1 / cos1 : n1 * cos1;
-        double er, ei, hr, hi;
-        for (i = 0; i < count; i++) {
-            double n = layers[i].n, k = 2 * LFLARE__PI * layers[i].thickness_nm / nm;
-            double cos2 = (1 - s / n) * (1 + s / n);
-            double q = sqrt(lflare__max(fabs(cos2), 1e-18)), phase = k * n * q;
-            double la, lb, lc, na, nc;
-            if (cos2 >= 0) {
-                double y = polarisation ? n / q : n * q;
-                la = cos(phase);
-                lb = sin(phase) / y;
-                lc = sin(phase) * y;
-            } else {
-                double y = polarisation ? -n / q : n * q;
-                phase = lflare__min(phase, 300);
-                la = cosh(phase);
-                lb = sinh(phase) / y;
-                lc = -sinh(phase) * y;
-            }
-            na = a * la - b * lc;
-            nc = c * la + d * lc;
-            b = a * lb + b * la;
-            d = d * la - c * lb;
-            a = na;
-            c = nc;
-        }
-        er = y0 * a;
-        ei = y0 * b * y1;
-        hr = d * y1;
-        hi = c;
-        {
-            double scale = 1 / lflare__max(lflare__max(fabs(er), fabs(ei)), lflare__max(fabs(hr), fabs(hi)));
-            double mr = (er - hr) * scale, mi = (ei - hi) * scale, pr = (er + hr) * scale, pi = (ei + hi) * scale;
-            sum += (mr * mr + mi * mi) / (pr * pr + pi * pi);
-        }
+    for (i = 0; i < count; i++) {
+        double n = layers[i].n, cos2 = (1 - s / n) * (1 + s / n), q = sqrt(lflare__max(fabs(cos2), 1e-18));
+        double phase = 2 * LFLARE__PI * layers[i].thickness_nm / nm * n * q;
+        int evanescent = cos2 < 0;
+        double cosine = evanescent ? cosh(lflare__min(phase, 300)) : cos(phase), sine = evanescent ? sinh(lflare__min(phase, 300)) : sin(phase);
+        lflare__stack_add(&ms, cosine, sine, n * q, evanescent ? -1 : 1);
+        lflare__stack_add(&mp, cosine, sine, evanescent ? -n / q : n / q, evanescent ? -1 : 1);
     }
-    return lflare__clamp(0.5 * sum, 0, 1);
+    return lflare__clamp(0.5 * (lflare__stack_reflectance(&ms, n0 * cos0, n1 * cos1) + lflare__stack_reflectance(&mp, n0 / cos0, n1 / cos1)), 0, 1);
 }
 
 LFLARE_API lflare_result lflare_film_layers(const lflare_lens *lens, int32_t surface, lflare_layer *out, int32_t *count)
@@ -2228,12 +2323,20 @@ static void lflare__film_row(const lflare_lens *lens, int32_t surface, lflare_la
     for (i = 0; i < LFLARE_FILM_SAMPLES; i++) row[i * 4 + 3] = 0;
 }
 
+/* Cubic through four samples `step` floats apart, the second of which is row[0]; f from there. */
+static float lflare__cubic(const float *row, int32_t step, float f)
+{
+    float p0 = row[-step], p1 = row[0], p2 = row[step], p3 = row[2 * step];
+    return p1 + f * (p2 - p0 / 3 - p1 / 2 - p3 / 6 + f * (p0 / 2 - p1 + p2 / 2 + f * ((p1 - p2) / 2 + (p3 - p0) / 6)));
+}
+
+/* Films have narrow minima, and a ghost's colour is made of them: hence the cubic. */
 static float lflare__film_lookup(const float *row, int32_t k, float cosine)
 {
     float t = cosine * (LFLARE_FILM_SAMPLES - 1);
     int32_t i = (int32_t)t;
-    if (i > LFLARE_FILM_SAMPLES - 2) i = LFLARE_FILM_SAMPLES - 2;
-    return row[i * 4 + k] + (t - (float)i) * (row[i * 4 + 4 + k] - row[i * 4 + k]);
+    i = i < 1 ? 1 : i > LFLARE_FILM_SAMPLES - 3 ? LFLARE_FILM_SAMPLES - 3 : i;
+    return lflare__cubic(row + i * 4 + k, 4, t - (float)i);
 }
 
 /* >> 8 iris */
@@ -2266,8 +2369,8 @@ LFLARE_API lflare_result lflare_iris_make(const lflare_lens *lens, double fnumbe
         double angle = rotation + (2 * i + 1) * half;
         b->nx = (float)cos(angle);
         b->ny = (float)sin(angle);
-        b->arc = sagitta > 0 ? (float)(radius / curvature) : 0;
-        b->distance = (float)(sagitta > 0 ? radius / curvature * cos(sagitta) - radius * cos(half) : radius * cos(half));
+        b->arc = sagitta > 0 ? (float)(1 / curvature) : 0;
+        b->distance = (float)(sagitta > 0 ? cos(sagitta) / curvature - cos(half) : cos(half));
     }
     return LFLARE_OK;
 }
@@ -2360,18 +2463,44 @@ static int32_t lflare__collect_rims(const lflare_lens *lens, const double *n, lf
    to spare for dispersion. Holding is transitive, so one pass does it. Returns how many, their places in `keep`. */
 static int32_t lflare__drop_holders(const lflare_circle *c, int32_t count, double u_max, int32_t *keep)
 {
+    double lo[LFLARE_MAX_CIRCLES], hi[LFLARE_MAX_CIRCLES]; /* a circle holds another if its interval at u_max does */
     int32_t i, k, kept = 2;
     keep[0] = 0;
     keep[1] = 1;
+    for (i = 0; i < count; i++) {
+        lo[i] = c[i].centre * u_max - c[i].radius;
+        hi[i] = c[i].centre * u_max + c[i].radius;
+    }
     for (i = 2; i < count; i++) {
-        int holds = 0;
-        for (k = 0; k < count && !holds; k++) {
-            double room = c[i].radius * 0.997 - c[k].radius - fabs(c[k].centre - c[i].centre) * u_max;
-            holds = k != i && room > 0;
-        }
-        if (!holds) keep[kept++] = i;
+        double least = lo[i] + 0.003 * c[i].radius, most = hi[i] - 0.003 * c[i].radius;
+        for (k = 0; k < count && !(lo[k] > least && hi[k] < most); k++) {}
+        if (k == count) keep[kept++] = i;
     }
     return kept;
+}
+
+/* Which circles bind or come within `margin` (of the smaller of circle and pupil) of it: a circle binds if it comes near a
+   corner of the intersection, since seen from its centre the farthest point of each stretch is one of its ends. With no
+   stretches (n == 0) a point is left, at `middle`. */
+static void lflare__near(const lflare_circle *c, int32_t count, double u, double margin, const lflare__stretch *s, int32_t n, double middle, uint8_t *out)
+{
+    int32_t i, k;
+    double x[LFLARE_MAX_CIRCLES + 1], y2[LFLARE_MAX_CIRCLES + 1];
+    for (i = 0; i <= n; i++) {
+        const lflare_circle *on = &c[n > 0 ? s[i < n ? i : n - 1].circle : 0];
+        double t;
+        x[i] = n == 0 ? middle : i < n ? s[i].from : s[n - 1].to;
+        t = x[i] - on->centre * u;
+        y2[i] = n == 0 ? 0 : lflare__max((on->radius - t) * (on->radius + t), 0);
+    }
+    for (k = 0; k < count; k++) {
+        double limit = c[k].radius - margin * lflare__min(c[k].radius, c[0].radius);
+        out[k] = 0;
+        for (i = 0; i <= n && !out[k]; i++) {
+            double dx = x[i] - c[k].centre * u;
+            out[k] = dx * dx + y2[i] > limit * limit;
+        }
+    }
 }
 
 /* Which rims bind anywhere in the field at any wavelength, iris open: a circle needless beside the open iris is needless
@@ -2379,27 +2508,32 @@ static int32_t lflare__drop_holders(const lflare_circle *c, int32_t count, doubl
 static int32_t lflare__choose_rims(const lflare__rims *rims, int32_t count, int32_t *chosen)
 {
     enum { SAMPLES = 16 };
-    int32_t keep[LFLARE_MAX_CIRCLES], kept, i, j, k, used = 0;
+    int32_t keep[LFLARE_MAX_CIRCLES], pair[2], kept, i, j, k, used = 0;
+    uint8_t near[LFLARE_MAX_CIRCLES];
     double outline[LFLARE_MAX_CIRCLES], u_max = 60;
-    for (k = 0; k < LFLARE_WAVELENGTHS; k++)
-        for (i = 1, u_max = 60; i < count; i++) { /* pairs with the pupil or the iris: enough for a bound */
-            lflare_circle two[3];
-            two[0] = rims[k].circles[0];
-            two[1] = rims[k].circles[1];
-            two[2] = rims[k].circles[i];
-            u_max = lflare__min(u_max, lflare__hidden_slope(two, 3));
-        }
+    for (i = 1; i < count; i++) /* pairs with the pupil or the iris: enough for a bound */
+        for (k = 0; k < 2 && k < i; k++) u_max = lflare__part(&rims[1].circles[i], &rims[1].circles[k], u_max);
     kept = lflare__drop_holders(rims[1].circles, count, 1.02 * u_max, keep);
     for (i = 0; i < kept; i++) outline[i] = 0;
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
         lflare_circle c[LFLARE_MAX_CIRCLES];
         double hidden, lo, hi;
         for (i = 0; i < kept; i++) c[i] = rims[k].circles[keep[i]];
-        hidden = lflare__hidden_slope(c, kept);
-        for (j = 1; j <= SAMPLES; j++) {
+        hidden = lflare__hidden_slope(c, kept, pair);
+        outline[pair[0]] = outline[pair[1]] = 1000; /* the two that part first shut the ghost, however little of its outline they have */
+        for (j = 1; j <= SAMPLES; j += k == 1 ? 1 : 3) { /* the other wavelengths differ little */
             lflare__stretch stretches[LFLARE_MAX_CIRCLES];
-            int32_t n = lflare__envelope(c, kept, hidden * (j - 0.25) / (double)SAMPLES, stretches, &lo, &hi);
-            for (i = 0; i < n; i++) outline[stretches[i].circle] += (stretches[i].to - stretches[i].from) / (hi - lo);
+            double u = hidden * (j - 0.25) / (double)SAMPLES;
+            int32_t n = lflare__envelope(c, kept, u, stretches, &lo, &hi);
+            for (i = 0; i < n; i++) {
+                const lflare_circle *on = &c[stretches[i].circle];
+                double t0 = stretches[i].from - on->centre * u, t1 = stretches[i].to - on->centre * u, dy = lflare__chord(on->radius, t1) - lflare__chord(on->radius, t0);
+                outline[stretches[i].circle] += sqrt((t1 - t0) * (t1 - t0) + dy * dy) / (hi - lo);
+            }
+            if (k != 1) continue;
+            lflare__near(c, kept, u, 0.03, stretches, n, 0.5 * (lo + hi), near);
+            for (i = 0; i < kept; i++)
+                if (near[i]) outline[i] += 1e-7; /* may bind between samples */
         }
     }
     while (used < LFLARE_MAX_RIMS) {
@@ -2458,6 +2592,7 @@ LFLARE_API lflare_result lflare_tables_prepare(const lflare_lens *lens, lflare_t
             t->index[i * 4 + 3] = 0;
         }
     }
+    if (begin == 0) t->lens_revision++;
     for (g = begin; g < end; g++) lflare__prepare_ghost(lens, t, g, (const double(*)[LFLARE_MAX_SURFACES + 1])n);
     return LFLARE_OK;
 }
@@ -2542,7 +2677,6 @@ LFLARE_API lflare_result lflare_tables_configure_begin(const lflare_lens *lens, 
         return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "the iris has 0 or 3 to 16 blades, a finite rotation, a curvature from 0 to 1");
     t->fnumber = (float)fnumber;
     t->ghost_budget = s->ghost_budget;
-    t->paper_clipping = s->paper_clipping;
     return LFLARE_OK;
 }
 
@@ -2593,6 +2727,19 @@ static void lflare__cull_ghost(lflare_tables *t, int32_t g, double hidden_slope)
     cull->ghost = (uint32_t)g;
 }
 
+/* Bits of the circles that bind at slope u, or nearly so for soft edges: bit 0 the pupil, then the rims. */
+static int32_t lflare__binding(const lflare_circle *c, int32_t count, double u)
+{
+    lflare__stretch stretches[LFLARE_MAX_CIRCLES];
+    uint8_t near[LFLARE_MAX_CIRCLES];
+    double lo, hi;
+    int32_t n = lflare__envelope(c, count, u, stretches, &lo, &hi), bits = 0, k;
+    lflare__near(c, count, u, 0.03, stretches, n, 0.5 * (lo + hi), near);
+    for (k = 0; k < count; k++)
+        if (near[k] && k != 1) bits |= 1 << (k == 0 ? 0 : k - 1);
+    return bits;
+}
+
 static void lflare__configure_ghost(const lflare_lens *lens, lflare_tables *t, const lflare_settings *s, int32_t g,
                                     const double n[][LFLARE_MAX_SURFACES + 1])
 {
@@ -2601,11 +2748,11 @@ static void lflare__configure_ghost(const lflare_lens *lens, lflare_tables *t, c
     lflare__bounce bounces[LFLARE_MAX_CIRCLES];
     lflare_circle c[2 + LFLARE_MAX_RIMS];
     double turn[2 + LFLARE_MAX_RIMS], m11 = (double)head[6], m12 = (double)head[7], hidden = 0;
-    int32_t count = 0, j, k, i;
+    int32_t count = 0, pair[2], j, k, i;
     float peak = 0, mean = 0;
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
         count = lflare__table_circles(t, g, k, (double)t->iris.radius, s->paper_clipping, c);
-        hidden = lflare__max(hidden, lflare__hidden_slope(c, count));
+        hidden = lflare__max(hidden, lflare__hidden_slope(c, count, pair));
     }
     lflare__style_ghost(t, g, s, hidden);
     count = lflare__table_circles(t, g, 1, (double)t->iris.radius, s->paper_clipping, c);
@@ -2623,12 +2770,13 @@ static void lflare__configure_ghost(const lflare_lens *lens, lflare_tables *t, c
         sample[3] = (float)region.centroid;
         sample[4] = (float)sqrt(region.area / LFLARE__PI);
         sample[5] = (float)turn0;
-        sample[6] = (float)turn2;
-        sample[7] = 0;
+        sample[6] = (float)lflare__min(turn2, 1e30);
+        sample[7] = (float)lflare__binding(c, count, u);
     }
-    {   /* for the exposure: as if fully open, where the light is halfway to the frame's side */
+    {   /* for the exposure: as if at f/8, whatever the iris is, so that stopping down does not brighten the picture */
         double u = 0.25 * lens->sensor_width / lens->efl, area, frame = lens->sensor_width * lens->sensor_height;
-        count = lflare__table_circles(t, g, 1, lens->prescription.surfaces[lens->stop].semi_diameter, s->paper_clipping, c);
+        double iris = fabs(lens->stop_a11) * lens->efl / (2 * lflare__max((double)LFLARE_NORMAL_FNUMBER, lens->fnumber));
+        count = lflare__table_circles(t, g, 1, iris, s->paper_clipping, c);
         area = lflare_region_of(c, count, u, NULL).area;
         mean = (float)(area / lflare__max(frame, area * m11 * m11));
     }
@@ -2636,11 +2784,12 @@ static void lflare__configure_ghost(const lflare_lens *lens, lflare_tables *t, c
         float reference = lflare__minf((float)atan(0.25 * lens->sensor_width / lens->efl), (float)atan(hidden)), weight = 0;
         int32_t at = (int32_t)(reference / (float)atan(hidden) * (LFLARE_FIELD_SAMPLES - 1));
         for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
-            count = lflare__bounces(lens, t, t->pairs[g], n[k], bounces);
-            for (j = 0; j < LFLARE_FIELD_SAMPLES; j++) {
-                float *sample = field + j * LFLARE_FIELD_FLOATS;
-                float u = (float)(j + 1 < LFLARE_FIELD_SAMPLES ? tan(atan(hidden) * j / (LFLARE_FIELD_SAMPLES - 1)) : hidden);
-                sample[k] = lflare__weight(bounces, count, k, sample[3], u);
+            int32_t bounce_count = lflare__bounces(lens, t, t->pairs[g], n[k], bounces);
+            count = lflare__table_circles(t, g, k, (double)t->iris.radius, s->paper_clipping, c);
+            for (j = 0; j < LFLARE_FIELD_SAMPLES; j++) { /* each wavelength along the ray through its own footprint's centroid */
+                double u = j + 1 < LFLARE_FIELD_SAMPLES ? tan(atan(hidden) * j / (LFLARE_FIELD_SAMPLES - 1)) : hidden;
+                float x = k == 1 ? field[j * LFLARE_FIELD_FLOATS + 3] : (float)lflare_region_of(c, count, u, NULL).centroid;
+                field[j * LFLARE_FIELD_FLOATS + k] = lflare__weight(bounces, bounce_count, k, x, (float)u);
             }
             weight += field[at * LFLARE_FIELD_FLOATS + k] / (float)LFLARE_WAVELENGTHS;
         }
@@ -2703,6 +2852,7 @@ LFLARE_API void lflare_tables_configure_end(lflare_tables *t, const lflare_setti
         t->cull[g] = weakest;
         lflare__sift(t, t->cull, 0, g);
     }
+    t->settings_revision++;
     t->exposure = exp2f(s->exposure_ev) * (s->raw || !(mean > 0) ? 1 : (float)((double)LFLARE_NORMAL_MEAN / mean));
 }
 
@@ -2817,6 +2967,7 @@ LFLARE_API float lflare_edge_coverage(float t)
 
 typedef struct lflare__sample {
     float weight[3], centroid, radius, turn0, turn2;
+    int32_t binding; /* bits, see lflare__binding */
 } lflare__sample;
 
 /* A ghost's field row at an angle; 0 where the ghost is hidden. */
@@ -2824,90 +2975,125 @@ static int lflare__field_sample(const lflare_tables *t, int32_t g, float angle, 
 {
     const float *style = t->style + (size_t)g * LFLARE_STYLE_FLOATS, *row;
     float at = angle * style[7] * (LFLARE_FIELD_SAMPLES - 1), f, v[7];
-    int32_t j = (int32_t)at, k;
+    int32_t j = (int32_t)at, i, k;
     if (!(at < LFLARE_FIELD_SAMPLES - 1)) return 0;
-    row = t->field + ((size_t)g * LFLARE_FIELD_SAMPLES + (size_t)j) * LFLARE_FIELD_FLOATS;
+    row = t->field + (size_t)g * LFLARE_FIELD_SAMPLES * LFLARE_FIELD_FLOATS;
+    i = j < 1 ? 1 : j > LFLARE_FIELD_SAMPLES - 3 ? LFLARE_FIELD_SAMPLES - 3 : j; /* colours turn faster than shapes */
+    for (k = 0; k < 3; k++) out->weight[k] = lflare__maxf(lflare__cubic(row + i * LFLARE_FIELD_FLOATS + k, LFLARE_FIELD_FLOATS, at - (float)i), 0);
+    row += j * LFLARE_FIELD_FLOATS;
     f = at - (float)j;
-    for (k = 0; k < 7; k++) v[k] = row[k] + f * (row[k + LFLARE_FIELD_FLOATS] - row[k]);
-    for (k = 0; k < 3; k++) out->weight[k] = v[k];
+    for (k = 3; k < 7; k++) v[k] = row[k] + f * (row[k + LFLARE_FIELD_FLOATS] - row[k]);
     out->centroid = v[3];
     out->radius = lflare__maxf(v[4], 1e-6f * t->entrance_radius);
     out->turn0 = v[5];
     out->turn2 = v[6];
+    out->binding = (int32_t)row[7] | (int32_t)row[7 + LFLARE_FIELD_FLOATS];
     return 1;
 }
 
-/* An edge |a r + b u| <= h in coordinates of the drawn footprint. */
-static lflare_edge lflare__edge_make(float a, float b, float h, const float *m, float drawn, float scale, const lflare__sample *s,
+/* What a footprint needs per wavelength: drawn is the magnification with the least size in force, scale the override's. */
+typedef struct lflare__drawn {
+    float drawn[LFLARE_WAVELENGTHS], scale;
+} lflare__drawn;
+
+/* An edge |a r + b u| <= h in coordinates of the drawn footprint; `rim` and `head` are 4 floats apart per wavelength. */
+static lflare_edge lflare__edge_make(const float *rim, float h, const float *head, const lflare__drawn *d, const lflare__sample *s,
                                      const lflare_frame_light *l, float pixel)
 {
     lflare_edge e;
-    float lamp = (m[3] * a - m[2] * b) * scale / drawn * l->angular_radius; /* |c_k| alpha, seen in the rim's plane */
-    e.gain = a / drawn;
-    e.offset = a * s->centroid + b * l->slope_length;
-    e.radius = h;
-    e.soft = sqrtf(5 * (LFLARE__PIXEL_VARIANCE * pixel * pixel * e.gain * e.gain + 0.25f * lamp * lamp)) + 1e-7f * h;
+    int32_t k;
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
+        float a = rim[4 * k] / h, b = rim[4 * k + 1] / h, grid, lamp;
+        e.gain[k] = a / d->drawn[k];
+        e.offset[k] = a * s->centroid + b * l->slope_length;
+        grid = pixel * e.gain[k];
+        lamp = (head[4 * k + 3] * a - head[4 * k + 2] * b) * d->scale / d->drawn[k] * l->angular_radius; /* |c_k| alpha, seen in the rim's plane */
+        e.soft[k] = sqrtf(5 * (LFLARE__PIXEL_VARIANCE * grid * grid + 0.25f * lamp * lamp)) + 1e-7f;
+    }
     return e;
 }
 
-/* The edges of one wavelength: the iris, then the pupil and rims unless they hold all of the smallest one. */
-static void lflare__channel_edges(const lflare_tables *t, int32_t g, int32_t k, float drawn, float scale, const lflare__sample *s,
-                                  const lflare_frame_light *l, float pixel, lflare_footprint_channel *out, float *bound)
+/* Reach of an edge's image about its own centre, soft edge included. */
+static float lflare__edge_extent(const lflare_edge *e, int32_t k) { return (1 + e->soft[k]) / lflare__maxf(fabsf(e->gain[k]), 1e-12f); }
+
+/* The iris, then those of pupil and rims that bind hereabouts and do not hold all of the smallest edge: the
+   LFLARE_MAX_EDGES - 1 that cut deepest into it. */
+static void lflare__footprint_edges(const lflare_tables *t, int32_t g, const lflare__drawn *d, const lflare__sample *s, const lflare_frame_light *l,
+                                    float pixel, lflare_footprint *out)
 {
-    const float *m = t->head + (size_t)g * LFLARE_HEAD_FLOATS + k * 4;
-    const float *rim = t->rims + (size_t)g * LFLARE_MAX_RIMS * LFLARE_RIM_FLOATS + k * 4;
-    int32_t count = 2 + (int32_t)t->head[(size_t)g * LFLARE_HEAD_FLOATS + 14], i, smallest = 0;
+    static const float pupil[12] = {1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0};
+    const float *head = t->head + (size_t)g * LFLARE_HEAD_FLOATS, *rim = t->rims + (size_t)g * LFLARE_MAX_RIMS * LFLARE_RIM_FLOATS;
     lflare_edge e[2 + LFLARE_MAX_RIMS];
-    float extent[2 + LFLARE_MAX_RIMS], middle, reach;
-    e[0] = lflare__edge_make(m[0], m[1], t->iris.radius, m, drawn, scale, s, l, pixel);
-    e[1] = lflare__edge_make(1, 0, t->entrance_radius, m, drawn, scale, s, l, pixel);
-    if (t->paper_clipping) count = 2;
-    for (i = 2; i < count; i++, rim += LFLARE_RIM_FLOATS) e[i] = lflare__edge_make(rim[0], rim[1], rim[2], m, drawn, scale, s, l, pixel);
-    for (i = 0; i < count; i++) {
-        extent[i] = (e[i].radius + e[i].soft) / lflare__maxf(fabsf(e[i].gain), 1e-12f);
-        if (extent[i] < extent[smallest]) smallest = i;
-    }
-    middle = -e[smallest].offset / e[smallest].gain;
-    reach = extent[smallest];
-    *bound = fabsf(middle) + reach;
+    float depth[LFLARE_MAX_EDGES], middle, reach;
+    int32_t count = 1, i, k, smallest = 0;
+    e[0] = lflare__edge_make(head, t->iris.radius, head, d, s, l, pixel);
+    if (s->binding & 1) e[count++] = lflare__edge_make(pupil, t->entrance_radius, head, d, s, l, pixel);
+    for (i = 0; i < LFLARE_MAX_RIMS; i++, rim += LFLARE_RIM_FLOATS)
+        if (s->binding >> (i + 1) & 1) e[count++] = lflare__edge_make(rim, rim[2], head, d, s, l, pixel);
+    for (i = 1; i < count; i++)
+        if (lflare__edge_extent(&e[i], 1) < lflare__edge_extent(&e[smallest], 1)) smallest = i;
+    reach = lflare__edge_extent(&e[smallest], 1);
+    middle = -e[smallest].offset[1] / e[smallest].gain[1];
+    out->radius = 0;
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++)
+        out->radius = lflare__maxf(out->radius, fabsf(e[smallest].offset[k]) / lflare__maxf(fabsf(e[smallest].gain[k]), 1e-12f) + lflare__edge_extent(&e[smallest], k));
     out->edges[0] = e[0];
     out->edge_count = 1;
-    for (i = 1; i < count; i++)
-        if (i == smallest || fabsf(e[i].gain * middle + e[i].offset) + fabsf(e[i].gain) * reach > e[i].radius - e[i].soft) {
-            if (out->edge_count <= LFLARE_MAX_RIMS) out->edges[out->edge_count++] = e[i];
+    for (i = 1; i < count; i++) {
+        float gain = fabsf(e[i].gain[1]), over = fabsf(e[i].gain[1] * middle + e[i].offset[1]) + gain * reach - 1 + e[i].soft[1], cut = over / gain;
+        int32_t at = out->edge_count;
+        if (over <= 0 && i != smallest) continue;
+        if (i == smallest) cut = 3e38f;
+        if (at == LFLARE_MAX_EDGES && !(cut > depth[--at])) continue;
+        for (; at > 1 && cut > depth[at - 1]; at--) {
+            depth[at] = depth[at - 1];
+            out->edges[at] = out->edges[at - 1];
         }
+        depth[at] = cut;
+        out->edges[at] = e[i];
+        if (out->edge_count < LFLARE_MAX_EDGES) out->edge_count++;
+    }
+}
+
+/* Soft edges change the area really drawn: on a curve of radius R by sigma^2 / 2 per radian of turning, to pi (R^2 + sigma^2)
+   for a disc; where the soft width H = sqrt(5) sigma exceeds R the integral of the profile stops at the centre. Both over pi. */
+static float lflare__soft_size2(float size2, float variance)
+{
+    float h2 = 5 * variance, p;
+    if (h2 <= size2) return size2 + variance;
+    p = sqrtf(size2 / h2);
+    return 2 * h2 * (0.05f + p * (0.1875f + p * (0.25f + p * (0.125f - 0.0125f * p * p))));
 }
 
 LFLARE_API int32_t lflare_footprint_resolve(const lflare_tables *t, const lflare_frame_data *f, lflare_instance instance, lflare_footprint *out)
 {
     const lflare_frame_light *l = &f->lights[instance.light];
     int32_t g = instance.ghost, k;
-    const float *style = t->style + (size_t)g * LFLARE_STYLE_FLOATS;
+    const float *style = t->style + (size_t)g * LFLARE_STYLE_FLOATS, *head = t->head + (size_t)g * LFLARE_HEAD_FLOATS;
+    float lit = 0, pixel = f->pixel;
     lflare__sample s;
-    float lit = 0;
+    lflare__drawn d;
     if (!lflare__field_sample(t, g, l->field_angle, &s)) return 0;
-    out->axis[0] = l->axis[0];
-    out->axis[1] = l->axis[1];
-    out->radius = 0;
-    out->fine = 0;
+    d.scale = style[3];
+    for (k = 0; k < 2; k++) out->axis[k] = l->axis[k];
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
-        const float *m = t->head + (size_t)g * LFLARE_HEAD_FLOATS + k * 4;
-        lflare_footprint_channel *c = &out->channels[k];
+        const float *m = head + k * 4;
         float spread = 0.61e-6f * t->wavelengths[k] * m[3] / s.radius, lamp = l->angular_radius * m[3];
-        float least = sqrtf(f->pixel * f->pixel + spread * spread + lamp * lamp) / s.radius; /* P 3: r_min / rho */
-        float size = lflare__maxf(fabsf(m[2]), least), scale = style[3], drawn = (m[2] < 0 ? -size : size) * scale;
-        float along = m[2] * s.centroid + m[3] * l->slope_length, area = (float)LFLARE__PI * s.radius * s.radius * drawn * drawn;
-        float pixel = f->pixel, bound, extra;
-        if (k == 0) out->fine = s.radius * fabsf(drawn) < 4 * pixel;
-        if (out->fine) pixel *= 0.25f;
-        c->centre[0] = along * l->axis[0] + t->efl * (style[4] * l->slope[0] - style[5] * l->slope[1]);
-        c->centre[1] = along * l->axis[1] + t->efl * (style[4] * l->slope[1] + style[5] * l->slope[0]);
-        /* soft edges on a curve of radius R add sigma^2 / 2 per radian of turning: divide by the area really drawn */
-        extra = LFLARE__PIXEL_VARIANCE * pixel * pixel * s.turn0 + 0.25f * scale * scale * l->angular_radius * l->angular_radius * s.turn2;
-        c->irradiance = l->irradiance[k] * s.weight[k] * style[k] / (size * size) * area / (area + extra);
-        lit += c->irradiance;
-        lflare__channel_edges(t, g, k, drawn, scale, &s, l, pixel, c, &bound);
-        out->radius = lflare__maxf(out->radius, bound);
+        float least = sqrtf(pixel * pixel + spread * spread + lamp * lamp) / s.radius; /* P 3: r_min / rho */
+        float size = lflare__maxf(fabsf(m[2]), least), along = m[2] * s.centroid + m[3] * l->slope_length;
+        d.drawn[k] = (m[2] < 0 ? -size : size) * d.scale;
+        out->centre[k][0] = along * l->axis[0] + t->efl * (style[4] * l->slope[0] - style[5] * l->slope[1]);
+        out->centre[k][1] = along * l->axis[1] + t->efl * (style[4] * l->slope[1] + style[5] * l->slope[0]);
+        out->irradiance[k] = l->irradiance[k] * s.weight[k] * style[k] / (size * size);
+        lit += out->irradiance[k];
+    }
+    out->fine = s.radius * fabsf(d.drawn[1]) < 4 * pixel;
+    if (out->fine) pixel *= 0.25f;
+    lflare__footprint_edges(t, g, &d, &s, l, pixel, out);
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
+        float size2 = s.radius * s.radius * d.drawn[k] * d.drawn[k], lamp = d.scale * l->angular_radius;
+        float variance = (LFLARE__PIXEL_VARIANCE * pixel * pixel * s.turn0 + 0.25f * lamp * lamp * s.turn2) / (float)LFLARE__PI;
+        out->irradiance[k] *= size2 / lflare__soft_size2(size2, variance);
     }
     return lit > 0;
 }
@@ -2949,36 +3135,35 @@ static float lflare__both(const lflare__cuts *cuts)
     return rho > 0 ? product + rho * (a - product) : product - rho * (lflare__maxf(a + b - 1, 0) - product);
 }
 
-static float lflare__coverage(const lflare_footprint *fp, const lflare_footprint_channel *c, const lflare_iris *iris, float dx, float dy)
+static float lflare__coverage(const lflare_footprint *fp, int32_t k, const lflare_iris *iris, float dx, float dy)
 {
     lflare__cuts cuts = {{1, 1}, {0, 0}, {0, 0}};
-    const lflare_edge *e = c->edges;
-    float sign = e->gain < 0 ? -1.0f : 1.0f;
-    float ax = e->gain * dx + e->offset * fp->axis[0], ay = e->gain * dy + e->offset * fp->axis[1];
+    const lflare_edge *e = fp->edges;
+    float sign = e->gain[k] < 0 ? -1.0f : 1.0f;
+    float ax = e->gain[k] * dx + e->offset[k] * fp->axis[0], ay = e->gain[k] * dy + e->offset[k] * fp->axis[1];
     int32_t i;
-    if (iris->blade_count == 0) lflare__cut_circle(&cuts, ax, ay, e->radius, e->soft, sign);
+    if (iris->blade_count == 0) lflare__cut_circle(&cuts, ax, ay, 1, e->soft[k], sign);
     for (i = 0; i < iris->blade_count; i++) {
         const lflare_blade *b = &iris->blades[i];
         if (b->arc > 0) {
-            lflare__cut_circle(&cuts, ax + b->nx * b->distance, ay + b->ny * b->distance, b->arc, e->soft, sign);
+            lflare__cut_circle(&cuts, ax + b->nx * b->distance, ay + b->ny * b->distance, b->arc, e->soft[k], sign);
         } else {
-            float t = (b->distance - b->nx * ax - b->ny * ay) / e->soft;
+            float t = (b->distance - b->nx * ax - b->ny * ay) / e->soft[k];
             if (t < 1) lflare__cut(&cuts, lflare_edge_coverage(t), -sign * b->nx, -sign * b->ny);
         }
     }
-    for (i = 1; i < c->edge_count; i++) {
-        e = &c->edges[i];
-        ax = e->gain * dx + e->offset * fp->axis[0];
-        ay = e->gain * dy + e->offset * fp->axis[1];
-        lflare__cut_circle(&cuts, ax, ay, e->radius, e->soft, e->gain < 0 ? -1.0f : 1.0f);
+    for (i = 1; i < fp->edge_count; i++) {
+        e = &fp->edges[i];
+        ax = e->gain[k] * dx + e->offset[k] * fp->axis[0];
+        ay = e->gain[k] * dy + e->offset[k] * fp->axis[1];
+        lflare__cut_circle(&cuts, ax, ay, 1, e->soft[k], e->gain[k] < 0 ? -1.0f : 1.0f);
     }
     return lflare__both(&cuts);
 }
 
 LFLARE_API float lflare_footprint_coverage(const lflare_footprint *fp, int32_t channel, const lflare_iris *iris, float x, float y)
 {
-    const lflare_footprint_channel *c = &fp->channels[channel];
-    return lflare__coverage(fp, c, iris, x - c->centre[0], y - c->centre[1]);
+    return lflare__coverage(fp, channel, iris, x - fp->centre[channel][0], y - fp->centre[channel][1]);
 }
 
 /* >> 11 software */
@@ -3039,7 +3224,7 @@ static lflare__span lflare__cutter_span(const lflare__cutter *c, double radius)
 
 /* A channel on one row: its cutters, the span they leave and the span they leave whole. */
 typedef struct lflare__row_shape {
-    lflare__cutter cutters[LFLARE_MAX_BLADES + LFLARE_MAX_RIMS + 1];
+    lflare__cutter cutters[LFLARE_MAX_BLADES + LFLARE_MAX_EDGES];
     int32_t count;
     lflare__span outer, inner;
 } lflare__row_shape;
@@ -3054,22 +3239,22 @@ static int lflare__row_add(lflare__row_shape *r)
 }
 
 /* `dx0`: sensor x of pixel 0 less the footprint's centre, `dx` per pixel, `dy` of the row. 0 if the row is dark. */
-static int lflare__row_shape_make(const lflare_footprint *fp, const lflare_footprint_channel *ch, const lflare_iris *iris, double dx0, double dx,
-                                  double dy, lflare__row_shape *r)
+static int lflare__row_shape_make(const lflare_footprint *fp, int32_t channel, const lflare_iris *iris, double dx0, double dx, double dy,
+                                  lflare__row_shape *r)
 {
     int32_t i, k;
     r->count = 0;
-    for (i = 0; i < ch->edge_count; i++) {
-        const lflare_edge *e = &ch->edges[i];
-        double gain = (double)e->gain;
+    for (i = 0; i < fp->edge_count; i++) {
+        const lflare_edge *e = &fp->edges[i];
+        double gain = (double)e->gain[channel], offset = (double)e->offset[channel];
         lflare__cutter edge;
         edge.step = gain * dx;
         if (fabs(edge.step) < 1e-12) edge.step = edge.step < 0 ? -1e-12 : 1e-12;
-        edge.x0 = gain * dx0 + (double)e->offset * (double)fp->axis[0];
-        edge.y = gain * dy + (double)e->offset * (double)fp->axis[1];
-        edge.radius = (double)e->radius;
-        edge.soft = (double)e->soft;
-        edge.sign = e->gain < 0 ? -1.0f : 1.0f;
+        edge.x0 = gain * dx0 + offset * (double)fp->axis[0];
+        edge.y = gain * dy + offset * (double)fp->axis[1];
+        edge.radius = 1;
+        edge.soft = (double)e->soft[channel];
+        edge.sign = gain < 0 ? -1.0f : 1.0f;
         edge.nx = edge.ny = 0;
         edge.line = 0;
         if (i > 0 || iris->blade_count == 0) {
@@ -3098,7 +3283,7 @@ static int lflare__row_shape_make(const lflare_footprint *fp, const lflare_footp
 /* Pixels from..to-1 (4 floats apart), all on soft edges. */
 static void lflare__row_soft(const lflare__row_shape *r, int32_t from, int32_t to, float irradiance, float *pixels)
 {
-    const lflare__cutter *active[LFLARE_MAX_BLADES + LFLARE_MAX_RIMS + 1];
+    const lflare__cutter *active[LFLARE_MAX_BLADES + LFLARE_MAX_EDGES];
     int32_t count = 0, i, x;
     for (i = 0; i < r->count; i++)
         if (r->cutters[i].inner.lo > from || r->cutters[i].inner.hi < to - 1) active[count++] = &r->cutters[i];
@@ -3138,16 +3323,16 @@ static void lflare__row_edges(const lflare__row_shape *r, int32_t from, int32_t 
 }
 
 /* A footprint of a few pixels: mean of 4 x 4 samples. */
-static void lflare__row_fine(const lflare_footprint *fp, const lflare_footprint_channel *c, const lflare_iris *iris, double dx0, double dy, double pixel,
-                             int32_t from, int32_t to, float *pixels)
+static void lflare__row_fine(const lflare_footprint *fp, int32_t k, const lflare_iris *iris, double dx0, double dy, double pixel, int32_t from,
+                             int32_t to, float *pixels)
 {
     double middle = dx0 / pixel, reach = (double)fp->radius / pixel + 1;
     int32_t begin = (int32_t)lflare__clamp(floor(middle - reach), from, to), end = (int32_t)lflare__clamp(ceil(middle + reach), from, to), x, i;
     for (x = begin; x < end; x++) {
         float sum = 0;
         for (i = 0; i < 16; i++)
-            sum += lflare__coverage(fp, c, iris, (float)(dx0 - pixel * (x + ((i & 3) - 1.5) * 0.25)), (float)(dy + pixel * ((i >> 2) - 1.5) * 0.25));
-        pixels[(ptrdiff_t)4 * (x - from)] += c->irradiance * sum / 16;
+            sum += lflare__coverage(fp, k, iris, (float)(dx0 - pixel * (x + ((i & 3) - 1.5) * 0.25)), (float)(dy + pixel * ((i >> 2) - 1.5) * 0.25));
+        pixels[(ptrdiff_t)4 * (x - from)] += fp->irradiance[k] * sum / 16;
     }
 }
 
@@ -3155,19 +3340,19 @@ static void lflare__row_fine(const lflare_footprint *fp, const lflare_footprint_
 static void lflare__row_channel(const lflare_footprint *fp, int32_t k, const lflare_iris *iris, const lflare_frame_data *f, double sy, int32_t from,
                                 int32_t to, lflare__row *row, float *pixels)
 {
-    const lflare_footprint_channel *c = &fp->channels[k];
-    double pixel = (double)f->pixel, dy = sy - (double)c->centre[1];
-    double dx0 = (double)f->centre[0] + (0.5 * f->width - 0.5) * pixel - (double)c->centre[0]; /* screen = -sensor */
+    float irradiance = fp->irradiance[k];
+    double pixel = (double)f->pixel, dy = sy - (double)fp->centre[k][1];
+    double dx0 = (double)f->centre[0] + (0.5 * f->width - 0.5) * pixel - (double)fp->centre[k][0]; /* screen = -sensor */
     int32_t begin, end, full, rest;
     lflare__row_shape r;
-    if (!(c->irradiance > 0) || fabs(dy) > (double)fp->radius + pixel) return;
+    if (!(irradiance > 0) || fabs(dy) > (double)fp->radius + pixel) return;
     if (fp->fine) {
-        lflare__row_fine(fp, c, iris, dx0, dy, pixel, from, to, pixels);
+        lflare__row_fine(fp, k, iris, dx0, dy, pixel, from, to, pixels);
         return;
     }
     r.outer.lo = r.inner.lo = from - 1.0;
     r.outer.hi = r.inner.hi = to;
-    if (!lflare__row_shape_make(fp, c, iris, dx0, -pixel, dy, &r)) return;
+    if (!lflare__row_shape_make(fp, k, iris, dx0, -pixel, dy, &r)) return;
     begin = (int32_t)lflare__max(floor(r.outer.lo), from);
     end = (int32_t)lflare__min(ceil(r.outer.hi) + 1, to);
     full = rest = end;
@@ -3177,14 +3362,14 @@ static void lflare__row_channel(const lflare_footprint *fp, int32_t k, const lfl
         rest = (int32_t)lflare__min(floor(r.inner.hi) + 1, end);
         if (full >= rest) full = rest = end;
     }
-    lflare__row_edges(&r, begin, full, c->irradiance, pixels + (ptrdiff_t)4 * (begin - from));
+    lflare__row_edges(&r, begin, full, irradiance, pixels + (ptrdiff_t)4 * (begin - from));
     if (full >= rest) return;
-    row->run[k][full - from] += (double)c->irradiance;
-    row->run[k][rest - from] -= (double)c->irradiance;
+    row->run[k][full - from] += (double)irradiance;
+    row->run[k][rest - from] -= (double)irradiance;
     row->open[full - from]++;
     row->open[rest - from]--;
     row->event[full - from] = row->event[rest - from] = 1;
-    lflare__row_edges(&r, rest, end, c->irradiance, pixels + (ptrdiff_t)4 * (rest - from));
+    lflare__row_edges(&r, rest, end, irradiance, pixels + (ptrdiff_t)4 * (rest - from));
 }
 
 /* Takes the event at x into the sum and clears it for the next row. */
@@ -3211,9 +3396,9 @@ static void lflare__row_flush(lflare__row *row, int32_t count, float *pixels)
         float r, g, b;
         open += lflare__row_event(row, x, sum);
         while (!row->event[end]) end++;
-        r = (float)sum[0];
-        g = (float)sum[1];
-        b = (float)sum[2];
+        r = (float)lflare__max(sum[0], 0); /* rounding may leave less than nothing */
+        g = (float)lflare__max(sum[1], 0);
+        b = (float)lflare__max(sum[2], 0);
         if (open == 0) sum[0] = sum[1] = sum[2] = 0;
         for (; x < end && open > 0; x++) {
             pixels[4 * x] += r;
@@ -3242,7 +3427,7 @@ LFLARE_API lflare_result lflare_software_rows(const lflare_footprint *footprints
             int32_t to = from + LFLARE__TILE < image->width ? from + LFLARE__TILE : image->width, used = 0;
             for (i = 0; i < count; i++) {
                 const lflare_footprint *fp = &footprints[i];
-                if (fabs(sy - (double)fp->channels[1].centre[1]) > (double)fp->radius + fabs((double)fp->channels[0].centre[1] - (double)fp->channels[2].centre[1]) + (double)f->pixel) continue;
+                if (fabs(sy - (double)fp->centre[1][1]) > (double)fp->radius + fabs((double)fp->centre[0][1] - (double)fp->centre[2][1]) + (double)f->pixel) continue;
                 used = 1;
                 for (k = 0; k < 3; k++) lflare__row_channel(fp, k, iris, f, sy, from, to, &row, pixels + (ptrdiff_t)4 * from + k);
             }
@@ -3266,7 +3451,788 @@ LFLARE_API void lflare_to_rgb8(const float *rgba, size_t count, float gain, int3
 }
 #endif /* LFLARE_NO_SOFTWARE */
 
-/* >> 12 object */
+/* >> 12 gl */
+#ifndef LFLARE_NO_GL
+/* No GL header: names, constants and functions are private. Every function comes from the caller's loader. */
+
+#if defined(_WIN32) && !defined(_WIN64)
+#define LFLARE__GLCALL __stdcall
+#else
+#define LFLARE__GLCALL
+#endif
+
+typedef unsigned int lflare__glenum;
+typedef unsigned int lflare__gluint;
+typedef int lflare__glint;
+
+/* One row per function: result, name, arguments. */
+#define LFLARE__GL_FUNCTIONS(X)                                                                                          \
+    X(void, ActiveTexture, (lflare__glenum))                                                                             \
+    X(void, AttachShader, (lflare__gluint, lflare__gluint))                                                              \
+    X(void, BindAttribLocation, (lflare__gluint, lflare__gluint, const char *))                                          \
+    X(void, BindBuffer, (lflare__glenum, lflare__gluint))                                                                \
+    X(void, BindBufferBase, (lflare__glenum, lflare__gluint, lflare__gluint))                                            \
+    X(void, BindBufferRange, (lflare__glenum, lflare__gluint, lflare__gluint, ptrdiff_t, ptrdiff_t))                     \
+    X(void, BindSampler, (lflare__gluint, lflare__gluint))                                                               \
+    X(void, BindTexture, (lflare__glenum, lflare__gluint))                                                               \
+    X(void, BindVertexArray, (lflare__gluint))                                                                           \
+    X(void, BlendEquationSeparate, (lflare__glenum, lflare__glenum))                                                     \
+    X(void, BlendFuncSeparate, (lflare__glenum, lflare__glenum, lflare__glenum, lflare__glenum))                         \
+    X(void, BufferData, (lflare__glenum, ptrdiff_t, const void *, lflare__glenum))                                       \
+    X(void, BufferSubData, (lflare__glenum, ptrdiff_t, ptrdiff_t, const void *))                                          \
+    X(void, ColorMask, (unsigned char, unsigned char, unsigned char, unsigned char))                                     \
+    X(void, CompileShader, (lflare__gluint))                                                                             \
+    X(lflare__gluint, CreateProgram, (void))                                                                             \
+    X(lflare__gluint, CreateShader, (lflare__glenum))                                                                    \
+    X(void, DeleteBuffers, (int, const lflare__gluint *))                                                                \
+    X(void, DeleteProgram, (lflare__gluint))                                                                             \
+    X(void, DeleteShader, (lflare__gluint))                                                                              \
+    X(void, DeleteTextures, (int, const lflare__gluint *))                                                               \
+    X(void, DeleteVertexArrays, (int, const lflare__gluint *))                                                           \
+    X(void, Disable, (lflare__glenum))                                                                                   \
+    X(void, DrawArraysInstanced, (lflare__glenum, int, int, int))                                                        \
+    X(void, Enable, (lflare__glenum))                                                                                    \
+    X(void, EnableVertexAttribArray, (lflare__gluint))                                                                   \
+    X(void, GenBuffers, (int, lflare__gluint *))                                                                         \
+    X(void, GenTextures, (int, lflare__gluint *))                                                                        \
+    X(void, GenVertexArrays, (int, lflare__gluint *))                                                                    \
+    X(lflare__glenum, GetError, (void))                                                                                  \
+    X(void, GetInteger64i_v, (lflare__glenum, lflare__gluint, int64_t *))                                                \
+    X(void, GetIntegeri_v, (lflare__glenum, lflare__gluint, lflare__glint *))                                            \
+    X(void, GetIntegerv, (lflare__glenum, lflare__glint *))                                                              \
+    X(void, GetProgramInfoLog, (lflare__gluint, int, int *, char *))                                                     \
+    X(void, GetProgramiv, (lflare__gluint, lflare__glenum, lflare__glint *))                                             \
+    X(void, GetShaderInfoLog, (lflare__gluint, int, int *, char *))                                                      \
+    X(void, GetShaderiv, (lflare__gluint, lflare__glenum, lflare__glint *))                                              \
+    X(const unsigned char *, GetString, (lflare__glenum))                                                                \
+    X(lflare__gluint, GetUniformBlockIndex, (lflare__gluint, const char *))                                              \
+    X(lflare__glint, GetUniformLocation, (lflare__gluint, const char *))                                                 \
+    X(unsigned char, IsEnabled, (lflare__glenum))                                                                        \
+    X(void, LinkProgram, (lflare__gluint))                                                                               \
+    X(void, PixelStorei, (lflare__glenum, lflare__glint))                                                                \
+    X(void, ShaderSource, (lflare__gluint, int, const char *const *, const lflare__glint *))                             \
+    X(void, TexImage2D, (lflare__glenum, lflare__glint, lflare__glint, int, int, lflare__glint, lflare__glenum, lflare__glenum, const void *)) \
+    X(void, TexParameteri, (lflare__glenum, lflare__glenum, lflare__glint))                                              \
+    X(void, Uniform1i, (lflare__glint, lflare__glint))                                                                   \
+    X(void, UniformBlockBinding, (lflare__gluint, lflare__gluint, lflare__gluint))                                       \
+    X(void, UseProgram, (lflare__gluint))                                                                                \
+    X(void, VertexAttribDivisor, (lflare__gluint, lflare__gluint))                                                       \
+    X(void, VertexAttribIPointer, (lflare__gluint, lflare__glint, lflare__glenum, int, const void *))
+
+#define LFLARE__GL_MEMBER(result, name, arguments) result(LFLARE__GLCALL *name) arguments;
+typedef struct lflare__glapi {
+    LFLARE__GL_FUNCTIONS(LFLARE__GL_MEMBER)
+} lflare__glapi;
+#undef LFLARE__GL_MEMBER
+
+enum { LFLARE__GL_UNITS = 3, LFLARE__GL_ROW = 1024, LFLARE__GL_LENS_TEXELS = 4 + 3 * LFLARE_MAX_RIMS, LFLARE__GL_SETTINGS_TEXELS = 2 * LFLARE_FIELD_SAMPLES + 2, LFLARE__GL_RING = 34, LFLARE__GL_INSIDE = 16 };
+
+/* All state that is touched, in the order of its restoring. Capabilities: enum, desktop only, what drawing needs.
+   Values: enum to ask, desktop only, how many, how to set (v: the values). Per texture unit and the indexed uniform buffer
+   are below. The paragraph "GL STATE" of the documentation lists the same names. */
+#define LFLARE__GL_CAPABILITIES(X)      \
+    X(0x0BE2, 0, 1, BLEND)              \
+    X(0x0B71, 0, 0, DEPTH_TEST)         \
+    X(0x0B90, 0, 0, STENCIL_TEST)       \
+    X(0x0B44, 0, 0, CULL_FACE)          \
+    X(0x8C89, 0, 0, RASTERIZER_DISCARD) \
+    X(0x809E, 0, 0, SAMPLE_ALPHA_TO_COVERAGE) \
+    X(0x80A0, 0, 0, SAMPLE_COVERAGE)    \
+    X(0x0BF2, 1, 0, COLOR_LOGIC_OP)
+
+#define LFLARE__GL_VALUES(X)                                                                                              \
+    X(0x0C23, 0, 4, COLOR_WRITEMASK, gl->ColorMask(v[0] != 0, v[1] != 0, v[2] != 0, v[3] != 0))                           \
+    X(0x80C9, 0, 1, BLEND_SRC_RGB, blend[0] = (lflare__glenum)v[0])                                                       \
+    X(0x80C8, 0, 1, BLEND_DST_RGB, blend[1] = (lflare__glenum)v[0])                                                       \
+    X(0x80CB, 0, 1, BLEND_SRC_ALPHA, blend[2] = (lflare__glenum)v[0])                                                     \
+    X(0x80CA, 0, 1, BLEND_DST_ALPHA, gl->BlendFuncSeparate(blend[0], blend[1], blend[2], (lflare__glenum)v[0]))           \
+    X(0x8009, 0, 1, BLEND_EQUATION_RGB, blend[0] = (lflare__glenum)v[0])                                                  \
+    X(0x883D, 0, 1, BLEND_EQUATION_ALPHA, gl->BlendEquationSeparate(blend[0], (lflare__glenum)v[0]))                      \
+    X(0x8B8D, 0, 1, CURRENT_PROGRAM, gl->UseProgram((lflare__gluint)v[0]))                                                \
+    X(0x85B5, 0, 1, VERTEX_ARRAY_BINDING, gl->BindVertexArray((lflare__gluint)v[0]))                                      \
+    X(0x8894, 0, 1, ARRAY_BUFFER_BINDING, gl->BindBuffer(0x8892, (lflare__gluint)v[0]))                                   \
+    X(0x8A28, 0, 1, UNIFORM_BUFFER_BINDING, gl->BindBuffer(0x8A11, (lflare__gluint)v[0]))                                 \
+    X(0x88EF, 0, 1, PIXEL_UNPACK_BUFFER_BINDING, gl->BindBuffer(0x88EC, (lflare__gluint)v[0]))                            \
+    X(0x0CF5, 0, 1, UNPACK_ALIGNMENT, gl->PixelStorei(0x0CF5, v[0]))                                                      \
+    X(0x0CF2, 0, 1, UNPACK_ROW_LENGTH, gl->PixelStorei(0x0CF2, v[0]))                                                     \
+    X(0x0CF3, 0, 1, UNPACK_SKIP_ROWS, gl->PixelStorei(0x0CF3, v[0]))                                                      \
+    X(0x0CF4, 0, 1, UNPACK_SKIP_PIXELS, gl->PixelStorei(0x0CF4, v[0]))                                                    \
+    X(0x84E0, 0, 1, ACTIVE_TEXTURE, gl->ActiveTexture((lflare__glenum)v[0]))
+
+#define LFLARE__GL_COUNT(...) +1
+enum { LFLARE__GL_CAPABILITY_COUNT = 0 LFLARE__GL_CAPABILITIES(LFLARE__GL_COUNT), LFLARE__GL_VALUE_COUNT = 0 LFLARE__GL_VALUES(LFLARE__GL_COUNT) };
+#undef LFLARE__GL_COUNT
+
+typedef struct lflare__glstate {
+    unsigned char capability[LFLARE__GL_CAPABILITY_COUNT];
+    lflare__glint value[LFLARE__GL_VALUE_COUNT][4];
+    lflare__glint texture[LFLARE__GL_UNITS], sampler[LFLARE__GL_UNITS];
+    lflare__glint uniform_buffer;
+    int64_t uniform_start, uniform_size;
+} lflare__glstate;
+
+/* Has the layout of the block in shaders_embedded/frame.glsl. */
+typedef struct lflare__gl_frame {
+    float half[4], lens[4], spectrum[4], strip[4];
+    float blades[LFLARE_MAX_BLADES][4];
+    lflare_frame_light lights[LFLARE_GL_MAX_LIGHTS];
+} lflare__gl_frame;
+
+struct lflare_gl {
+    lflare__glapi api;
+    lflare_realloc allocate;
+    void *user;
+    int32_t no_restore, es, forgotten;
+    lflare__gluint programs[2], vertex_array, instances, uniforms, textures[LFLARE__GL_UNITS]; /* lens, settings, white */
+    uint32_t lens_revision, settings_revision;
+    const float *lens_rows, *settings_rows; /* whose tables were uploaded */
+    lflare__gl_frame frame;
+};
+
+/* -- shaders begin (made by `make shaders` from shaders_embedded; edit there) */
+static const char *const lflare__glsl_frame[] = {
+    "layout(std140) uniform lflare_frame {\n"
+    "vec4 u_half;\n"
+    "vec4 u_lens;\n"
+    "vec4 u_spectrum;\n"
+    "vec4 u_strip;\n"
+    "vec4 u_blades[16];\n"
+    "vec4 u_lights[960];\n"
+    "};\n"
+    , NULL};
+static const char *const lflare__glsl_ghost_frag[] = {
+    "out vec4 o_color;\n"
+    "#ifndef RIM\n"
+    "flat in vec4 v_irradiance;\n"
+    "void main() { o_color = v_irradiance; }\n"
+    "#else\n"
+    "flat in vec4 v_data[14];\n"
+    "in vec2 v_position;\n"
+    "vec3 c1, c2, nx1, ny1, nx2, ny2;\n"
+    "void cut(vec3 t, vec3 nx, vec3 ny)\n"
+    "{\n"
+    "t = clamp(t, -1.0, 1.0);\n"
+    "vec3 c = 0.5 + t * (0.75 - 0.25 * t * t);\n"
+    "bvec3 first = lessThan(c, c1), second = lessThan(c, c2);\n"
+    "c2 = mix(mix(c2, c, second), c1, first);\n"
+    "nx2 = mix(mix(nx2, nx, second), nx1, first);\n"
+    "ny2 = mix(mix(ny2, ny, second), ny1, first);\n"
+    "c1 = mix(c1, c, first);\n"
+    "nx1 = mix(nx1, nx, first);\n"
+    "ny1 = mix(ny1, ny, first);\n"
+    "}\n"
+    "void cut_circle(vec3 ax, vec3 ay, float radius, vec3 soft, vec3 side)\n"
+    "{\n"
+    "vec3 far = sqrt(ax * ax + ay * ay), inverse = -side / max(far, vec3(1e-20));\n"
+    "cut((radius - far) / soft, ax * inverse, ay * inverse);\n"
+    "}\n"
+    "vec3 coverage(vec2 position)\n"
+    "{\n"
+    "vec2 axis = v_data[11].yz;\n"
+    "int count = int(v_data[11].w), blades = int(u_spectrum.w);\n"
+    "vec3 along = v_data[13].xyz, dx = position.x - along * axis.x, dy = position.y - along * axis.y;\n"
+    "c1 = c2 = vec3(1.0);\n"
+    "nx1 = ny1 = nx2 = ny2 = vec3(0.0);\n"
+    "for (int i = 0; i < count; i++) {\n"
+    "vec4 g = v_data[i], o = v_data[5 + i];\n"
+    "vec3 soft = vec3(g.w, o.w, i < 4 ? v_data[10][i] : v_data[11].x);\n"
+    "vec3 ax = g.xyz * dx + o.xyz * axis.x, ay = g.xyz * dy + o.xyz * axis.y;\n"
+    "vec3 side = mix(vec3(1.0), vec3(-1.0), lessThan(g.xyz, vec3(0.0)));\n"
+    "if (i > 0 || blades == 0) {\n"
+    "cut_circle(ax, ay, 1.0, soft, side);\n"
+    "continue;\n"
+    "}\n"
+    "for (int k = 0; k < blades; k++) {\n"
+    "vec4 b = u_blades[k];\n"
+    "if (b.w > 0.0) cut_circle(ax + b.x * b.z, ay + b.y * b.z, b.w, soft, side);\n"
+    "else cut((b.z - b.x * ax - b.y * ay) / soft, -side * b.x, -side * b.y);\n"
+    "}\n"
+    "}\n"
+    "vec3 rho = clamp(nx1 * nx2 + ny1 * ny2, -1.0, 1.0), both = c1 * c2;\n"
+    "vec3 less = both - rho * (max(c1 + c2 - 1.0, 0.0) - both), more = both + rho * (c1 - both);\n"
+    "return mix(less, more, greaterThan(rho, vec3(0.0)));\n"
+    "}\n"
+    "void main()\n"
+    "{\n"
+    "int samples = int(v_data[12].w);\n"
+    "float grid = samples > 1 ? 0.25 : 0.0;\n"
+    "vec2 stepx = dFdx(v_position) * grid, stepy = dFdy(v_position) * grid;\n"
+    "vec3 sum = vec3(0.0);\n"
+    "for (int i = 0; i < samples; i++) sum += coverage(v_position + (float(i & 3) - 1.5) * stepx + (float(i >> 2) - 1.5) * stepy);\n"
+    "o_color = vec4(v_data[12].rgb * sum / v_data[12].w, 0.0);\n"
+    "}\n"
+    "#endif\n"
+    , NULL};
+static const char *const lflare__glsl_ghost_vert[] = {
+    "uniform highp sampler2D u_lens_table;\n"
+    "uniform highp sampler2D u_settings_table;\n"
+    "uniform highp sampler2D u_visibility;\n"
+    "in uvec4 a_instance;\n"
+    "const int CORNERS = 16, EDGES = 5, RIMS = 12, SAMPLES = 64;\n"
+    "const int LENS_TEXELS = 4 + 3 * RIMS, SETTINGS_TEXELS = 2 * SAMPLES + 2, ROW = 1024;\n"
+    "const float PI = 3.14159265, PIXEL_VARIANCE = 0.715 * 0.715 / 5.0;\n"
+    "#ifdef RIM\n"
+    "flat out vec4 v_data[14];\n"
+    "out vec2 v_position;\n"
+    "#else\n"
+    "flat out vec4 v_irradiance;\n"
+    "#endif\n"
+    "vec4 lens_texel(int i) { return texelFetch(u_lens_table, ivec2(i % ROW, i / ROW), 0); }\n"
+    "vec4 settings_texel(int i) { return texelFetch(u_settings_table, ivec2(i % ROW, i / ROW), 0); }\n"
+    "struct Edge {\n"
+    "vec3 gain, offset, soft;\n"
+    "};\n"
+    "vec3 g_drawn, g_m11, g_m12;\n"
+    "float g_centroid, g_slope, g_lamp, g_pixel;\n"
+    "Edge edge_of(vec3 a, vec3 b, float radius)\n"
+    "{\n"
+    "Edge e;\n"
+    "a /= radius;\n"
+    "b /= radius;\n"
+    "e.gain = a / g_drawn;\n"
+    "e.offset = a * g_centroid + b * g_slope;\n"
+    "vec3 lamp = (g_m12 * a - g_m11 * b) / g_drawn * g_lamp, grid = g_pixel * e.gain;\n"
+    "e.soft = sqrt(5.0 * (PIXEL_VARIANCE * grid * grid + 0.25 * lamp * lamp)) + vec3(1e-7);\n"
+    "return e;\n"
+    "}\n"
+    "Edge g_edges[EDGES];\n"
+    "int g_count;\n"
+    "vec3 tangent(vec2 d, vec2 axis, vec3 along)\n"
+    "{\n"
+    "float best = 3e37;\n"
+    "vec2 normal = d;\n"
+    "vec3 reach = vec3(0.0);\n"
+    "int blades = int(u_spectrum.w);\n"
+    "for (int i = 0; i < g_count; i++) {\n"
+    "Edge e = g_edges[i];\n"
+    "float side = e.gain.y < 0.0 ? -1.0 : 1.0;\n"
+    "vec3 gain = max(abs(e.gain), vec3(1e-12));\n"
+    "int parts = i == 0 && blades > 0 ? blades : 1;\n"
+    "for (int k = 0; k < parts; k++) {\n"
+    "vec4 blade = i == 0 && blades > 0 ? u_blades[k] : vec4(0.0);\n"
+    "vec2 offset = e.offset.y * axis;\n"
+    "float t;\n"
+    "vec2 n;\n"
+    "vec3 far;\n"
+    "if (i > 0 || blades == 0 || blade.w > 0.0) {\n"
+    "float arc = blade.w > 0.0 ? blade.w : 1.0, radius = arc + e.soft.y;\n"
+    "offset += blade.xy * blade.z;\n"
+    "float b = dot(offset, d) * side;\n"
+    "t = (sqrt(max(radius * radius - dot(offset, offset) + b * b, 0.0)) - b) / gain.y;\n"
+    "n = (gain.y * t * d + side * offset) / radius;\n"
+    "n /= max(length(n), 1e-6);\n"
+    "far = (vec3(arc) + e.soft - side * (e.offset * dot(axis, n) + vec3(dot(blade.xy, n) * blade.z))) / gain;\n"
+    "} else {\n"
+    "float facing = dot(blade.xy, d) * side;\n"
+    "float room = blade.z + e.soft.y - dot(blade.xy, offset);\n"
+    "t = facing > 1e-6 ? max(room, 0.0) / (gain.y * facing) : 3e38;\n"
+    "n = side * blade.xy;\n"
+    "far = (vec3(blade.z) + e.soft - e.offset * dot(axis, blade.xy)) / gain;\n"
+    "}\n"
+    "if (t < best) {\n"
+    "best = t;\n"
+    "normal = n;\n"
+    "reach = far;\n"
+    "}\n"
+    "}\n"
+    "}\n"
+    "reach += along * dot(axis, normal);\n"
+    "return vec3(normal, max(reach.x, max(reach.y, reach.z)));\n"
+    "}\n"
+    "float uncut(vec2 d, vec2 axis, vec3 along)\n"
+    "{\n"
+    "float best = 3e37;\n"
+    "int blades = int(u_spectrum.w);\n"
+    "for (int i = 0; i < g_count; i++) {\n"
+    "Edge e = g_edges[i];\n"
+    "vec3 side = mix(vec3(1.0), vec3(-1.0), lessThan(e.gain, vec3(0.0))), gain = max(abs(e.gain), vec3(1e-12));\n"
+    "vec3 start = e.offset + e.gain * (vec3(along.y) - along);\n"
+    "int parts = i == 0 && blades > 0 ? blades : 1;\n"
+    "for (int k = 0; k < parts; k++) {\n"
+    "vec4 blade = i == 0 && blades > 0 ? u_blades[k] : vec4(0.0);\n"
+    "vec3 t;\n"
+    "if (i > 0 || blades == 0 || blade.w > 0.0) {\n"
+    ,
+    "vec3 radius = vec3(blade.w > 0.0 ? blade.w : 1.0) - e.soft;\n"
+    "vec3 ox = start * axis.x + vec3(blade.x * blade.z), oy = start * axis.y + vec3(blade.y * blade.z);\n"
+    "vec3 b = (ox * d.x + oy * d.y) * side, c = radius * radius - ox * ox - oy * oy;\n"
+    "t = (sqrt(max(c + b * b, vec3(0.0))) - b) / gain;\n"
+    "if (min(radius.x, min(radius.y, radius.z)) <= 0.0 || min(c.x, min(c.y, c.z)) <= 0.0) t = vec3(0.0);\n"
+    "} else {\n"
+    "vec3 facing = dot(blade.xy, d) * side, room = vec3(blade.z) - e.soft - start * dot(blade.xy, axis);\n"
+    "t = mix(vec3(3e37), room / max(gain * facing, vec3(1e-12)), greaterThan(facing, vec3(1e-6)));\n"
+    "t = mix(t, vec3(0.0), lessThan(room, vec3(0.0)));\n"
+    "}\n"
+    "best = min(best, min(t.x, min(t.y, t.z)));\n"
+    "}\n"
+    "}\n"
+    "return max(best, 0.0);\n"
+    "}\n"
+    "void main()\n"
+    "{\n"
+    "int ghost = int(a_instance.x), light = int(a_instance.y), i;\n"
+    "vec4 l0 = u_lights[light * 4], l1 = u_lights[light * 4 + 1], l2 = u_lights[light * 4 + 2];\n"
+    "vec2 slope = l0.xy, axis = l0.zw;\n"
+    "vec3 irradiance = l2.yzw;\n"
+    "int lens = ghost * LENS_TEXELS, settings = ghost * SETTINGS_TEXELS;\n"
+    "vec4 h0 = lens_texel(lens), h1 = lens_texel(lens + 1), h2 = lens_texel(lens + 2);\n"
+    "vec4 style0 = settings_texel(settings + 2 * SAMPLES), style1 = settings_texel(settings + 2 * SAMPLES + 1);\n"
+    "gl_Position = vec4(2.0, 2.0, 0.0, 1.0);\n"
+    "if (u_strip.x > 0.0) irradiance *= texelFetch(u_visibility, ivec2(light, int(u_strip.y)), 0).rgb;\n"
+    "float at = l1.y * style1.w * float(SAMPLES - 1);\n"
+    "int j = int(min(at, float(SAMPLES - 2)));\n"
+    "vec4 a1 = settings_texel(settings + 2 * j + 1), b1 = settings_texel(settings + 2 * j + 3), s1 = mix(a1, b1, at - float(j));\n"
+    "float middle_x = mix(settings_texel(settings + 2 * j).w, settings_texel(settings + 2 * j + 2).w, at - float(j));\n"
+    "int c = clamp(j, 1, SAMPLES - 3);\n"
+    "float f = at - float(c);\n"
+    "vec3 p0 = settings_texel(settings + 2 * c - 2).rgb, p1 = settings_texel(settings + 2 * c).rgb;\n"
+    "vec3 p2 = settings_texel(settings + 2 * c + 2).rgb, p3 = settings_texel(settings + 2 * c + 4).rgb;\n"
+    "vec3 weight = p1 + f * (p2 - p0 / 3.0 - p1 / 2.0 - p3 / 6.0 + f * (p0 / 2.0 - p1 + p2 / 2.0 + f * ((p1 - p2) / 2.0 + (p3 - p0) / 6.0)));\n"
+    "int binding = int(a1.w) | int(b1.w);\n"
+    "float radius = max(s1.x, 1e-6 * u_lens.z), scale = style0.w;\n"
+    "vec3 ma11 = vec3(h0.x, h1.x, h2.x), ma12 = vec3(h0.y, h1.y, h2.y);\n"
+    "g_m11 = vec3(h0.z, h1.z, h2.z);\n"
+    "g_m12 = vec3(h0.w, h1.w, h2.w);\n"
+    "vec3 spread = 0.61 * u_spectrum.xyz * g_m12 / radius, lamp = l1.z * g_m12;\n"
+    "vec3 size = max(abs(g_m11), sqrt(vec3(u_lens.x * u_lens.x) + spread * spread + lamp * lamp) / radius);\n"
+    "g_drawn = mix(size, -size, lessThan(g_m11, vec3(0.0))) * scale;\n"
+    "g_centroid = middle_x;\n"
+    "g_slope = l1.x;\n"
+    "g_lamp = l1.z * scale;\n"
+    "g_pixel = u_lens.x;\n"
+    "bool fine = radius * abs(g_drawn.y) < 4.0 * g_pixel;\n"
+    "if (fine) g_pixel *= 0.25;\n"
+    "Edge found[EDGES + RIMS];\n"
+    "int count = 1;\n"
+    "found[0] = edge_of(ma11, ma12, u_lens.w);\n"
+    "if ((binding & 1) != 0) found[count++] = edge_of(vec3(1.0), vec3(0.0), u_lens.z);\n"
+    "for (i = 0; i < RIMS; i++)\n"
+    "if ((binding >> (i + 1) & 1) != 0) {\n"
+    ,
+    "vec4 r0 = lens_texel(lens + 4 + i * 3), r1 = lens_texel(lens + 5 + i * 3), r2 = lens_texel(lens + 6 + i * 3);\n"
+    "found[count++] = edge_of(vec3(r0.x, r1.x, r2.x), vec3(r0.y, r1.y, r2.y), r0.z);\n"
+    "}\n"
+    "int smallest = 0;\n"
+    "float reach = 3e38;\n"
+    "for (i = 0; i < count; i++) {\n"
+    "float extent = (1.0 + found[i].soft.y) / max(abs(found[i].gain.y), 1e-12);\n"
+    "if (extent < reach) { reach = extent; smallest = i; }\n"
+    "}\n"
+    "float middle = -found[smallest].offset.y / found[smallest].gain.y, depth[EDGES];\n"
+    "g_edges[0] = found[0];\n"
+    "g_count = 1;\n"
+    "for (i = 1; i < count; i++) {\n"
+    "float gain = abs(found[i].gain.y);\n"
+    "float over = abs(found[i].gain.y * middle + found[i].offset.y) + gain * reach - 1.0 + found[i].soft.y;\n"
+    "float cut = i == smallest ? 3e38 : over / gain;\n"
+    "if (over <= 0.0 && i != smallest) continue;\n"
+    "int k = g_count;\n"
+    "if (k == EDGES) {\n"
+    "k--;\n"
+    "if (!(cut > depth[k])) continue;\n"
+    "} else {\n"
+    "g_count++;\n"
+    "}\n"
+    "for (; k > 1 && cut > depth[k - 1]; k--) {\n"
+    "depth[k] = depth[k - 1];\n"
+    "g_edges[k] = g_edges[k - 1];\n"
+    "}\n"
+    "depth[k] = cut;\n"
+    "g_edges[k] = found[i];\n"
+    "}\n"
+    "vec3 size2 = radius * radius * g_drawn * g_drawn;\n"
+    "float wash = (PIXEL_VARIANCE * g_pixel * g_pixel * s1.y + 0.25 * g_lamp * g_lamp * s1.z) / PI, wash5 = max(5.0 * wash, 1e-30);\n"
+    "vec3 q = sqrt(size2 / wash5), wide = 2.0 * wash5 * (0.05 + q * (0.1875 + q * (0.25 + q * (0.125 - 0.0125 * q * q))));\n"
+    "irradiance *= max(weight, vec3(0.0)) * style0.rgb / (size * size) * size2 / mix(wide, size2 + wash, lessThanEqual(vec3(wash5), size2));\n"
+    "vec3 along = g_m11 * g_centroid + g_m12 * g_slope;\n"
+    "#ifdef RIM\n"
+    "vec4 third = vec4(1.0);\n"
+    "for (i = 0; i < EDGES; i++) {\n"
+    "Edge e = g_edges[i < g_count ? i : 0];\n"
+    "v_data[i] = vec4(e.gain, e.soft.x);\n"
+    "v_data[5 + i] = vec4(e.offset, e.soft.y);\n"
+    "if (i < 4) third[i] = e.soft.z;\n"
+    "else v_data[11] = vec4(e.soft.z, axis, float(g_count));\n"
+    "}\n"
+    "v_data[10] = third;\n"
+    "v_data[12] = vec4(irradiance, fine ? 16.0 : 1.0);\n"
+    "v_data[13] = vec4(along, 0.0);\n"
+    "v_position = vec2(0.0);\n"
+    "#else\n"
+    "v_irradiance = vec4(irradiance, 0.0);\n"
+    "#endif\n"
+    "if (at >= float(SAMPLES - 1) || !(irradiance.x + irradiance.y + irradiance.z > 0.0)) return;\n"
+    "#ifdef RIM\n"
+    "int corner = gl_VertexID >> 1;\n"
+    "bool low = (gl_VertexID & 1) != 0;\n"
+    "#else\n"
+    "int corner = (gl_VertexID & 1) != 0 ? (gl_VertexID + 1) / 2 : CORNERS - gl_VertexID / 2;\n"
+    "bool low = true;\n"
+    "#endif\n"
+    "float turn = 2.0 * PI / float(CORNERS), angle = (float(corner % CORNERS) + 0.37) * turn;\n"
+    "vec2 centre = along.y * axis, between = vec2(cos(angle + 0.5 * turn), sin(angle + 0.5 * turn)), position;\n"
+    "vec3 p = tangent(vec2(cos(angle), sin(angle)), axis, along);\n"
+    "vec3 next = tangent(vec2(cos(angle + turn), sin(angle + turn)), axis, along);\n"
+    "float bend = p.x * next.y - p.y * next.x;\n"
+    "if (bend > 1e-3) position = vec2(p.z * next.y - next.z * p.y, p.x * next.z - next.x * p.z) / bend;\n"
+    "else position = centre + between * max(p.z - dot(p.xy, centre), 0.0) / max(dot(p.xy, between), 0.05);\n"
+    "if (low) {\n"
+    "vec2 way = position - centre;\n"
+    "float far = max(length(way), 1e-20);\n"
+    "position = centre + way * (fine ? 0.0 : min(uncut(way / far, axis, along) / far, 1.0));\n"
+    "}\n"
+    "#ifdef RIM\n"
+    "v_position = position;\n"
+    ,
+    "#endif\n"
+    "vec2 shift = u_lens.y * (style1.x * slope + style1.y * vec2(-slope.y, slope.x));\n"
+    "gl_Position = vec4(-(position + shift - u_half.zw) / u_half.xy, 0.0, 1.0);\n"
+    "}\n"
+    , NULL};
+/* -- shaders end */
+
+static void lflare__gl_save(const lflare_gl *o, lflare__glstate *s)
+{
+    const lflare__glapi *gl = &o->api;
+    int32_t i = 0, k;
+    memset(s, 0, sizeof *s);
+#define LFLARE__GL_SAVE(name, desktop, need, text) \
+    if (!(desktop) || !o->es) s->capability[i] = gl->IsEnabled(name); \
+    i++;
+    LFLARE__GL_CAPABILITIES(LFLARE__GL_SAVE)
+#undef LFLARE__GL_SAVE
+    i = 0;
+#define LFLARE__GL_SAVE(name, desktop, count, text, set) \
+    if (!(desktop) || !o->es) gl->GetIntegerv(name, s->value[i]); \
+    i++;
+    LFLARE__GL_VALUES(LFLARE__GL_SAVE)
+#undef LFLARE__GL_SAVE
+    for (k = 0; k < LFLARE__GL_UNITS; k++) {
+        gl->ActiveTexture(0x84C0 + (lflare__glenum)k);
+        gl->GetIntegerv(0x8069, &s->texture[k]);
+        gl->GetIntegerv(0x8919, &s->sampler[k]);
+    }
+    gl->GetIntegeri_v(0x8A28, 0, &s->uniform_buffer);
+    gl->GetInteger64i_v(0x8A29, 0, &s->uniform_start);
+    gl->GetInteger64i_v(0x8A2A, 0, &s->uniform_size);
+}
+
+static void lflare__gl_restore(const lflare_gl *o, const lflare__glstate *s)
+{
+    const lflare__glapi *gl = &o->api;
+    lflare__glenum blend[4] = {0, 0, 0, 0};
+    int32_t i = 0, k;
+#define LFLARE__GL_RESTORE(name, desktop, need, text)         \
+    if (!(desktop) || !o->es) {                               \
+        if (s->capability[i]) gl->Enable(name);               \
+        else gl->Disable(name);                               \
+    }                                                         \
+    i++;
+    LFLARE__GL_CAPABILITIES(LFLARE__GL_RESTORE)
+#undef LFLARE__GL_RESTORE
+    for (k = 0; k < LFLARE__GL_UNITS; k++) {
+        gl->ActiveTexture(0x84C0 + (lflare__glenum)k);
+        gl->BindTexture(0x0DE1, (lflare__gluint)s->texture[k]);
+        gl->BindSampler((lflare__gluint)k, (lflare__gluint)s->sampler[k]);
+    }
+    if (s->uniform_size > 0)
+        gl->BindBufferRange(0x8A11, 0, (lflare__gluint)s->uniform_buffer, (ptrdiff_t)s->uniform_start, (ptrdiff_t)s->uniform_size);
+    else
+        gl->BindBufferBase(0x8A11, 0, (lflare__gluint)s->uniform_buffer);
+    i = 0;
+#define LFLARE__GL_RESTORE(name, desktop, count, text, set) \
+    if (!(desktop) || !o->es) {                             \
+        const lflare__glint *v = s->value[i];               \
+        set;                                                \
+    }                                                       \
+    i++;
+    LFLARE__GL_VALUES(LFLARE__GL_RESTORE)
+#undef LFLARE__GL_RESTORE
+}
+
+static lflare_result lflare__gl_shader(lflare_gl *o, lflare__glenum kind, int program, const char *const *body, const lflare_gl_desc *desc,
+                                       lflare_error *error, lflare__gluint *out)
+{
+    static const char *const preludes[2] = {"#version 330 core\n", "#version 300 es\nprecision highp float;\nprecision highp int;\n"};
+    const lflare__glapi *gl = &o->api;
+    const char *pieces[24];
+    lflare__glint done = 0;
+    int count = 0, i;
+    pieces[count++] = preludes[o->es];
+    pieces[count++] = program == 0 ? "#define RIM\n" : "#define INSIDE\n";
+    for (i = 0; lflare__glsl_frame[i] != NULL; i++) pieces[count++] = lflare__glsl_frame[i];
+    for (i = 0; body[i] != NULL; i++) pieces[count++] = body[i];
+    LFLARE_ASSERT(count <= 24);
+    *out = gl->CreateShader(kind);
+    gl->ShaderSource(*out, count, pieces, NULL);
+    gl->CompileShader(*out);
+    gl->GetShaderiv(*out, 0x8B81, &done);
+    if (done) return LFLARE_OK;
+    if (desc->log != NULL && desc->log_size > 0) gl->GetShaderInfoLog(*out, (int)lflare__min((double)desc->log_size, 1e9), NULL, desc->log);
+    return lflare__fail(error, LFLARE_ERROR_GL, 0, 0, "the %s shader does not compile: see the log", kind == 0x8B31 ? "vertex" : "fragment");
+}
+
+/* Program 0 draws the rims of the ghosts, program 1 their insides. */
+static lflare_result lflare__gl_program(lflare_gl *o, int program, const lflare_gl_desc *desc, lflare_error *error)
+{
+    static const char *const samplers[LFLARE__GL_UNITS] = {"u_lens_table", "u_settings_table", "u_visibility"};
+    const lflare__glapi *gl = &o->api;
+    lflare__gluint vertex = 0, fragment = 0, linked;
+    lflare__glint done = 0;
+    int k;
+    lflare_result result = lflare__gl_shader(o, 0x8B31, program, lflare__glsl_ghost_vert, desc, error, &vertex);
+    if (result == LFLARE_OK) result = lflare__gl_shader(o, 0x8B30, program, lflare__glsl_ghost_frag, desc, error, &fragment);
+    if (result == LFLARE_OK) {
+        linked = o->programs[program] = gl->CreateProgram();
+        gl->AttachShader(linked, vertex);
+        gl->AttachShader(linked, fragment);
+        gl->BindAttribLocation(linked, 0, "a_instance");
+        gl->LinkProgram(linked);
+        gl->GetProgramiv(linked, 0x8B82, &done);
+        if (!done) {
+            if (desc->log != NULL && desc->log_size > 0) gl->GetProgramInfoLog(linked, (int)lflare__min((double)desc->log_size, 1e9), NULL, desc->log);
+            result = lflare__fail(error, LFLARE_ERROR_GL, 0, 0, "the shader program does not link: see the log");
+        } else {
+            gl->UseProgram(linked);
+            gl->UniformBlockBinding(linked, gl->GetUniformBlockIndex(linked, "lflare_frame"), 0);
+            for (k = 0; k < LFLARE__GL_UNITS; k++) gl->Uniform1i(gl->GetUniformLocation(linked, samplers[k]), k);
+        }
+    }
+    if (vertex != 0) gl->DeleteShader(vertex);
+    if (fragment != 0) gl->DeleteShader(fragment);
+    return result;
+}
+
+/* Unpack state as uploads from memory need it. */
+static void lflare__gl_unpack(const lflare__glapi *gl)
+{
+    gl->BindBuffer(0x88EC, 0);
+    gl->PixelStorei(0x0CF5, 4);
+    gl->PixelStorei(0x0CF2, 0);
+    gl->PixelStorei(0x0CF3, 0);
+    gl->PixelStorei(0x0CF4, 0);
+}
+
+static void lflare__gl_texture(const lflare__glapi *gl, lflare__gluint texture, int32_t width, int32_t height, const float *texels)
+{
+    gl->ActiveTexture(0x84C0);
+    gl->BindTexture(0x0DE1, texture);
+    gl->TexImage2D(0x0DE1, 0, 0x8814, width, height, 0, 0x1908, 0x1406, texels); /* RGBA32F */
+    gl->TexParameteri(0x0DE1, 0x2801, 0x2600); /* nearest */
+    gl->TexParameteri(0x0DE1, 0x2800, 0x2600);
+    gl->TexParameteri(0x0DE1, 0x2802, 0x812F); /* clamp to edge */
+    gl->TexParameteri(0x0DE1, 0x2803, 0x812F);
+}
+
+static lflare_result lflare__gl_load(lflare_gl *o, const lflare_gl_desc *desc, lflare_error *error)
+{
+    lflare_gl_function f;
+#define LFLARE__GL_LOAD(result, name, arguments)                                                              \
+    f = desc->load("gl" #name);                                                                               \
+    if (f == NULL) return lflare__fail(error, LFLARE_ERROR_GL, 0, 0, "the GL has no function gl%s", #name);   \
+    memcpy(&o->api.name, &f, sizeof f);
+    LFLARE__GL_FUNCTIONS(LFLARE__GL_LOAD)
+#undef LFLARE__GL_LOAD
+    return LFLARE_OK;
+}
+
+/* "3.3.0 ..." or "OpenGL ES 3.2 ..." */
+static lflare_result lflare__gl_version(lflare_gl *o, lflare_error *error)
+{
+    const char *version = (const char *)o->api.GetString(0x1F02), *at = version;
+    int32_t number;
+    if (version == NULL) return lflare__fail(error, LFLARE_ERROR_GL, 0, 0, "glGetString gives no version: is a context current?");
+    o->es = strncmp(version, "OpenGL ES", 9) == 0;
+    while (*at != 0 && (*at < '0' || *at > '9')) at++;
+    number = at[0] != 0 && at[1] == '.' ? (at[0] - '0') * 10 + (at[2] - '0') : 0;
+    if (number < (o->es ? 30 : 33)) return lflare__fail(error, LFLARE_ERROR_GL, 0, 0, "GL 3.3 or ES 3.0 is needed; this is '%s'", version);
+    return LFLARE_OK;
+}
+
+LFLARE_API lflare_result lflare_gl_create(const lflare_gl_desc *desc, lflare_gl **out, lflare_error *error)
+{
+    static const float white[4] = {1, 1, 1, 1};
+    lflare_realloc allocate;
+    lflare__glstate state;
+    lflare_result result;
+    lflare_gl *o;
+    if (error != NULL) memset(error, 0, sizeof *error);
+    if (out != NULL) *out = NULL;
+    if (desc == NULL || out == NULL || desc->load == NULL) return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "give desc.load, your loader of GL functions");
+    if (desc->log != NULL && desc->log_size > 0) desc->log[0] = 0;
+    allocate = desc->allocate != NULL ? desc->allocate : lflare__libc_realloc;
+    o = (lflare_gl *)allocate(desc->user, NULL, 0, sizeof *o);
+    if (o == NULL) return lflare__fail(error, LFLARE_ERROR_MEMORY, 0, 0, "out of memory");
+    memset(o, 0, sizeof *o);
+    o->allocate = allocate;
+    o->user = desc->user;
+    o->no_restore = desc->no_restore;
+    result = lflare__gl_load(o, desc, error);
+    if (result == LFLARE_OK) result = lflare__gl_version(o, error);
+    if (result != LFLARE_OK) {
+        allocate(o->user, o, sizeof *o, 0);
+        return result;
+    }
+    lflare__gl_save(o, &state); /* creating is rare: always restored */
+    result = lflare__gl_program(o, 0, desc, error);
+    if (result == LFLARE_OK) result = lflare__gl_program(o, 1, desc, error);
+    if (result == LFLARE_OK) {
+        const lflare__glapi *gl = &o->api;
+        gl->GenTextures(LFLARE__GL_UNITS, o->textures);
+        gl->GenBuffers(1, &o->instances);
+        gl->GenBuffers(1, &o->uniforms);
+        gl->GenVertexArrays(1, &o->vertex_array);
+        lflare__gl_unpack(gl);
+        lflare__gl_texture(gl, o->textures[2], 1, 1, white);
+        gl->BindVertexArray(o->vertex_array);
+        gl->BindBuffer(0x8892, o->instances);
+        gl->EnableVertexAttribArray(0);
+        gl->VertexAttribIPointer(0, 4, 0x1403, sizeof(lflare_instance), NULL); /* unsigned short */
+        gl->VertexAttribDivisor(0, 1);
+    }
+    lflare__gl_restore(o, &state);
+    if (result != LFLARE_OK) {
+        lflare_gl_destroy(o);
+        return result;
+    }
+    *out = o;
+    return LFLARE_OK;
+}
+
+LFLARE_API void lflare_gl_forget(lflare_gl *o)
+{
+    if (o != NULL) o->forgotten = 1;
+}
+
+LFLARE_API void lflare_gl_destroy(lflare_gl *o)
+{
+    if (o == NULL) return;
+    if (!o->forgotten) { /* names of 0 are ignored by GL */
+        const lflare__glapi *gl = &o->api;
+        gl->DeleteProgram(o->programs[0]);
+        gl->DeleteProgram(o->programs[1]);
+        gl->DeleteTextures(LFLARE__GL_UNITS, o->textures);
+        gl->DeleteBuffers(1, &o->instances);
+        gl->DeleteBuffers(1, &o->uniforms);
+        gl->DeleteVertexArrays(1, &o->vertex_array);
+    }
+    o->allocate(o->user, o, sizeof *o, 0);
+}
+
+/* Rows of `texels` RGBA texels a ghost, from two arrays, in a texture of LFLARE__GL_ROW texels a line. */
+static lflare_result lflare__gl_upload_rows(lflare_gl *o, lflare__gluint texture, int32_t ghosts, int32_t texels, const float *first, size_t first_floats,
+                                            const float *second, size_t second_floats)
+{
+    size_t lines = ((size_t)ghosts * (size_t)texels + LFLARE__GL_ROW - 1) / LFLARE__GL_ROW, bytes = lines * LFLARE__GL_ROW * 4 * sizeof(float), g;
+    float *block, *at;
+    if (lines == 0) return LFLARE_OK;
+    block = at = (float *)o->allocate(o->user, NULL, 0, bytes);
+    if (block == NULL) return LFLARE_ERROR_MEMORY;
+    for (g = 0; g < (size_t)ghosts; g++) {
+        memcpy(at, first + g * first_floats, first_floats * sizeof(float));
+        memcpy(at + first_floats, second + g * second_floats, second_floats * sizeof(float));
+        at += first_floats + second_floats;
+    }
+    memset(at, 0, bytes - (size_t)ghosts * (size_t)texels * 4 * sizeof(float));
+    lflare__gl_texture(&o->api, texture, LFLARE__GL_ROW, (int32_t)lines, block);
+    o->allocate(o->user, block, bytes, 0);
+    return LFLARE_OK;
+}
+
+/* Whatever changed since the last draw. */
+static lflare_result lflare__gl_upload(lflare_gl *o, const lflare_tables *t)
+{
+    lflare_result result = LFLARE_OK;
+    int lens = o->lens_rows != t->head || o->lens_revision != t->lens_revision, settings = o->settings_rows != t->field || o->settings_revision != t->settings_revision;
+    if (!lens && !settings) return LFLARE_OK;
+    lflare__gl_unpack(&o->api);
+    if (lens)
+        result = lflare__gl_upload_rows(o, o->textures[0], t->ghost_count, LFLARE__GL_LENS_TEXELS, t->head, LFLARE_HEAD_FLOATS, t->rims,
+                                        LFLARE_MAX_RIMS * LFLARE_RIM_FLOATS);
+    if (result == LFLARE_OK)
+        result = lflare__gl_upload_rows(o, o->textures[1], t->ghost_count, LFLARE__GL_SETTINGS_TEXELS, t->field, LFLARE_FIELD_SAMPLES * LFLARE_FIELD_FLOATS,
+                                        t->style, LFLARE_STYLE_FLOATS);
+    if (result != LFLARE_OK) return result;
+    o->lens_rows = t->head;
+    o->settings_rows = t->field;
+    o->lens_revision = t->lens_revision;
+    o->settings_revision = t->settings_revision;
+    return LFLARE_OK;
+}
+
+/* The uniform block of a frame; returns its bytes in use. */
+static ptrdiff_t lflare__gl_fill_frame(lflare__gl_frame *u, const lflare_tables *t, const lflare_frame_data *f)
+{
+    int32_t k;
+    memset(u, 0, offsetof(lflare__gl_frame, lights));
+    u->half[0] = f->half_width;
+    u->half[1] = f->half_height;
+    u->half[2] = f->centre[0];
+    u->half[3] = f->centre[1];
+    u->lens[0] = f->pixel;
+    u->lens[1] = t->efl;
+    u->lens[2] = t->entrance_radius;
+    u->lens[3] = t->iris.radius;
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) u->spectrum[k] = t->wavelengths[k] * 1e-6f;
+    u->spectrum[3] = (float)t->iris.blade_count;
+    memcpy(u->blades, t->iris.blades, sizeof u->blades);
+    memcpy(u->lights, f->lights, sizeof(lflare_frame_light) * (size_t)f->light_count);
+    return (ptrdiff_t)(offsetof(lflare__gl_frame, lights) + sizeof(lflare_frame_light) * (size_t)f->light_count);
+}
+
+static void lflare__gl_set_state(const lflare_gl *o)
+{
+    const lflare__glapi *gl = &o->api;
+    int32_t k;
+#define LFLARE__GL_SET(name, desktop, need, text) \
+    if (!(desktop) || !o->es) {                   \
+        if (need) gl->Enable(name);               \
+        else gl->Disable(name);                   \
+    }
+    LFLARE__GL_CAPABILITIES(LFLARE__GL_SET)
+#undef LFLARE__GL_SET
+    gl->ColorMask(1, 1, 1, 0); /* light is added, alpha stays */
+    gl->BlendFuncSeparate(1, 1, 0, 1);
+    gl->BlendEquationSeparate(0x8006, 0x8006);
+    gl->BindVertexArray(o->vertex_array);
+    for (k = 0; k < LFLARE__GL_UNITS; k++) {
+        gl->ActiveTexture(0x84C0 + (lflare__glenum)k);
+        gl->BindTexture(0x0DE1, o->textures[k]);
+        gl->BindSampler((lflare__gluint)k, 0);
+    }
+}
+
+LFLARE_API lflare_result lflare_gl_draw(lflare_gl *o, const lflare_tables *t, const lflare_frame_data *f)
+{
+    lflare__glstate state;
+    lflare_result result;
+    const lflare__glapi *gl;
+    if (o == NULL || t == NULL || f == NULL || o->forgotten) return LFLARE_ERROR_ARGUMENT;
+    if (f->light_count > LFLARE_GL_MAX_LIGHTS) return LFLARE_ERROR_LIMIT;
+    if (f->instance_count == 0) return LFLARE_OK;
+    gl = &o->api;
+    if (!o->no_restore) lflare__gl_save(o, &state);
+    result = lflare__gl_upload(o, t);
+    if (result == LFLARE_OK) {
+        ptrdiff_t bytes = lflare__gl_fill_frame(&o->frame, t, f);
+        lflare__gl_set_state(o);
+        gl->BindBufferBase(0x8A11, 0, o->uniforms);
+        gl->BufferData(0x8A11, (ptrdiff_t)sizeof o->frame, NULL, 0x88E0); /* a fresh block, never waits for the last frame's */
+        gl->BufferSubData(0x8A11, 0, bytes, &o->frame);
+        gl->BindBuffer(0x8892, o->instances);
+        gl->BufferData(0x8892, (ptrdiff_t)sizeof(lflare_instance) * f->instance_count, f->instances, 0x88E0);
+        gl->UseProgram(o->programs[1]);
+        gl->DrawArraysInstanced(0x0005, 0, LFLARE__GL_INSIDE, f->instance_count); /* triangle strips */
+        gl->UseProgram(o->programs[0]);
+        gl->DrawArraysInstanced(0x0005, 0, LFLARE__GL_RING, f->instance_count);
+    }
+    if (!o->no_restore) lflare__gl_restore(o, &state);
+    return result;
+}
+
+#endif /* LFLARE_NO_GL */
+
+/* >> 13 object */
 
 struct lflare {
     lflare_realloc allocate;
@@ -3284,14 +4250,6 @@ struct lflare {
     int32_t footprint_capacity, footprint_count;
     lflare_lens lens;
 };
-
-static void *lflare__libc_realloc(void *user, void *block, size_t old_size, size_t new_size)
-{
-    (void)user;
-    (void)old_size;
-    if (new_size == 0) { free(block); return NULL; }
-    return realloc(block, new_size);
-}
 
 static void *lflare__allocate(lflare *o, size_t size) { return o->allocate(o->user, NULL, 0, size > 0 ? size : 1); }
 
@@ -3332,6 +4290,7 @@ static lflare_result lflare__create_tables(lflare *o, int32_t max_lights, lflare
     o->frame.light_capacity = max_lights;
     o->frame.instances = (lflare_instance *)(void *)((char *)o->frame_memory + lights * sizeof(lflare_frame_light));
     o->frame.instance_capacity = (int32_t)(lights * ghosts);
+    o->tables[1].lens_revision = 1; /* both share the lens part */
     return lflare_tables_prepare(&o->lens, &o->tables[0], 0, o->lens.ghost_count);
 }
 
@@ -3374,13 +4333,16 @@ LFLARE_API lflare_result lflare_configure_begin(lflare *o, const lflare_settings
     lflare_result result;
     size_t bytes;
     if (o == NULL || settings == NULL) return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "no object or no settings given");
-    result = lflare_tables_configure_begin(&o->lens, &o->tables[!o->current], settings, error);
-    if (result != LFLARE_OK) return result;
-    bytes = sizeof(lflare_override) * (size_t)settings->override_count;
+    bytes = settings->override_count > 0 && settings->overrides != NULL ? sizeof(lflare_override) * (size_t)settings->override_count : 0;
     if (bytes > 0) {
         copy = (lflare_override *)lflare__allocate(o, bytes);
         if (copy == NULL) return lflare__fail(error, LFLARE_ERROR_MEMORY, 0, 0, "out of memory");
         memcpy(copy, settings->overrides, bytes);
+    }
+    result = lflare_tables_configure_begin(&o->lens, &o->tables[!o->current], settings, error);
+    if (result != LFLARE_OK) { /* what is being built stays as it is */
+        lflare__release(o, copy, bytes);
+        return result;
     }
     lflare__release(o, o->overrides, o->override_bytes);
     o->overrides = copy;
@@ -3431,6 +4393,7 @@ LFLARE_API lflare_result lflare_render_begin(lflare *o)
     int32_t i;
     if (o == NULL) return LFLARE_ERROR_ARGUMENT;
     if (o->footprints == NULL && o->frame.instance_capacity > 0) {
+        if ((size_t)o->frame.instance_capacity > (size_t)-1 / sizeof(lflare_footprint)) return LFLARE_ERROR_MEMORY;
         o->footprints = (lflare_footprint *)lflare__allocate(o, sizeof(lflare_footprint) * (size_t)o->frame.instance_capacity);
         if (o->footprints == NULL) return LFLARE_ERROR_MEMORY;
         o->footprint_capacity = o->frame.instance_capacity;
@@ -3484,8 +4447,9 @@ LFLARE_API lflare_result lflare_file_read(const char *path, lflare_realloc alloc
         }
         got = fread(block + used, 1, room - used - 1, file);
         used += got;
-        if (got == 0) break;
+        if (got == 0 || used > limit) break;
     }
+    if (result == LFLARE_OK && used > limit) result = lflare__fail(error, LFLARE_ERROR_FILE, 0, 0, "the file is larger than 16 MB, which no prescription is");
     if (result == LFLARE_OK && ferror(file)) result = lflare__fail(error, LFLARE_ERROR_FILE, 0, 0, "the file cannot be read");
     fclose(file);
     if (result == LFLARE_OK) { /* to the promised size */
@@ -3513,7 +4477,7 @@ LFLARE_API lflare_result lflare_file_read(const char *path, lflare_realloc alloc
 #endif /* LENSFLARE_IMPLEMENTED */
 #endif /* LENSFLARE_IMPLEMENTATION */
 
-/* >> 13 licence */
+/* >> 14 licence */
 /*
    This software is available under two licences: choose whichever you prefer.
 

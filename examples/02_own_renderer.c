@@ -1,6 +1,6 @@
 /* 02_own_renderer: draws the library's instances with code of its own, as an engine without GL would, and compares the
-   picture with the library's software renderer. Everything it needs is in the resolved footprint: per wavelength a centre,
-   an irradiance and a handful of edges, each |gain d + offset axis| <= radius, soft over +-soft.
+   picture with the library's software renderer. Everything it needs is in the resolved footprint: per wavelength a centre
+   and an irradiance; for all of them a handful of edges, each |gain d + offset axis| <= 1, soft over +-soft.
    Usage: 02_own_renderer [LENS]; exits 1 if the pictures differ. Read flare.c next for a whole tool. */
 
 #define LENSFLARE_IMPLEMENTATION
@@ -22,30 +22,30 @@ static float inside_circle(vec a, float radius, float soft, float sign, vec *nor
 }
 
 /* All edges at a point d of the sensor, measured from the footprint's centre; the two that cut most decide. */
-static float coverage(const lflare_footprint *fp, const lflare_footprint_channel *c, const lflare_iris *iris, vec d)
+static float coverage(const lflare_footprint *fp, int k, const lflare_iris *iris, vec d)
 {
     float least[2] = {1, 1}, product, rho;
     vec normals[2] = {{0, 0}, {0, 0}};
     int e, b;
-    for (e = 0; e < c->edge_count; e++) {
-        const lflare_edge *edge = &c->edges[e];
-        float sign = edge->gain < 0 ? -1.0f : 1.0f;
+    for (e = 0; e < fp->edge_count; e++) {
+        const lflare_edge *edge = &fp->edges[e];
+        float sign = edge->gain[k] < 0 ? -1.0f : 1.0f;
         vec a;
         int blades = e == 0 ? iris->blade_count : 0;
-        a.x = edge->gain * d.x + edge->offset * fp->axis[0];
-        a.y = edge->gain * d.y + edge->offset * fp->axis[1];
+        a.x = edge->gain[k] * d.x + edge->offset[k] * fp->axis[0];
+        a.y = edge->gain[k] * d.y + edge->offset[k] * fp->axis[1];
         for (b = 0; b < (blades > 0 ? blades : 1); b++) {
             const lflare_blade *blade = &iris->blades[b];
             vec normal, moved = a;
             float t;
             if (blades == 0) {
-                t = inside_circle(a, edge->radius, edge->soft, sign, &normal);
+                t = inside_circle(a, 1, edge->soft[k], sign, &normal);
             } else if (blade->arc > 0) {
                 moved.x += blade->nx * blade->distance;
                 moved.y += blade->ny * blade->distance;
-                t = inside_circle(moved, blade->arc, edge->soft, sign, &normal);
+                t = inside_circle(moved, blade->arc, edge->soft[k], sign, &normal);
             } else {
-                t = (blade->distance - blade->nx * a.x - blade->ny * a.y) / edge->soft;
+                t = (blade->distance - blade->nx * a.x - blade->ny * a.y) / edge->soft[k];
                 normal.x = -sign * blade->nx;
                 normal.y = -sign * blade->ny;
             }
@@ -74,17 +74,16 @@ static void draw(const lflare_footprint *fp, const lflare_iris *iris, const lfla
     for (y = 0; y < H; y++)
         for (x = 0; x < W; x++)
             for (k = 0; k < 3; k++) {
-                const lflare_footprint_channel *c = &fp->channels[k];
                 float sum = 0;
                 for (i = 0; i < grid * grid; i++) {
                     /* the picture is the sensor turned by 180 degrees; rows run downwards */
                     float px = (float)x + ((float)(i % grid) + 0.5f) / (float)grid, py = (float)y + ((float)(i / grid) + 0.5f) / (float)grid;
                     vec d;
-                    d.x = frame->centre[0] - (px - 0.5f * W) * frame->pixel - c->centre[0];
-                    d.y = frame->centre[1] + (py - 0.5f * H) * frame->pixel - c->centre[1];
-                    if (d.x * d.x + d.y * d.y < fp->radius * fp->radius * 1.01f) sum += coverage(fp, c, iris, d);
+                    d.x = frame->centre[0] - (px - 0.5f * W) * frame->pixel - fp->centre[k][0];
+                    d.y = frame->centre[1] + (py - 0.5f * H) * frame->pixel - fp->centre[k][1];
+                    if (d.x * d.x + d.y * d.y < fp->radius * fp->radius * 1.01f) sum += coverage(fp, k, iris, d);
                 }
-                rgba[4 * (y * W + x) + k] += c->irradiance * sum / (float)(grid * grid);
+                rgba[4 * (y * W + x) + k] += fp->irradiance[k] * sum / (float)(grid * grid);
             }
 }
 

@@ -148,7 +148,7 @@ static double fill_limit(lflare *flare, float *pixels, int width, int height, do
         lflare_footprint fp;
         int32_t k, x;
         if (!lflare_footprint_resolve(tables, frame, frame->instances[i], &fp)) memset(&fp, 0, sizeof fp);
-        for (k = 0; k < 3; k++) colours[4 * i + k] = fp.channels[k].irradiance;
+        for (k = 0; k < 3; k++) colours[4 * i + k] = fp.irradiance[k];
         colours[4 * i + 3] = 0;
         for (y = 0; y < height; y++) {
             int32_t *span = spans + ((size_t)i * (size_t)height + (size_t)y) * 2;

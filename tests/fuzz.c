@@ -213,6 +213,10 @@ static void ghosts(const lflare_lens *lens, rng *r)
         CHECK(stops == 1);
         clip = lflare_ghost_clip(lens, 550, p, iris, u, &region);
         CHECK(region.area >= 0);
+        {
+            double weight = lflare_ghost_weight(lens, 550, p, between(r, -1, 1) * lens->prescription.surfaces[0].semi_diameter, u);
+            CHECK(weight >= 0 && weight <= 1);
+        }
         if (clip != LFLARE_CLIP_HIDDEN) CHECK(region.lo <= region.centroid && region.centroid <= region.hi);
     }
     for (i = 0; i < 4; i++) {
@@ -347,7 +351,11 @@ static void check_tables(const lflare_tables *t)
     size_t i, g = (size_t)t->ghost_count, surfaces = (size_t)t->surface_count;
     for (i = 0; i < surfaces * LFLARE_FILM_SAMPLES * 4; i++) CHECK(t->film[i] >= 0 && t->film[i] <= 1);
     for (i = 0; i < g * LFLARE_HEAD_FLOATS; i++) CHECK(is_finite((double)t->head[i]));
-    for (i = 0; i < g * LFLARE_FIELD_SAMPLES * LFLARE_FIELD_FLOATS; i++) CHECK(is_finite((double)t->field[i]));
+    for (i = 0; i < g * LFLARE_FIELD_SAMPLES * LFLARE_FIELD_FLOATS; i++) {
+        if (!is_finite((double)t->field[i]))
+            fprintf(stderr, "ghost %d, sample %d, float %d is %g; iris %g mm\n", (int)(i / 256), (int)(i / 8 % 32), (int)(i % 8), (double)t->field[i], (double)t->iris.radius);
+        CHECK(is_finite((double)t->field[i]));
+    }
     for (i = 0; i < g * LFLARE_STYLE_FLOATS; i++) CHECK(is_finite((double)t->style[i]));
     for (i = 0; i < (size_t)t->active_count; i++) CHECK(is_finite((double)t->cull[i].radius) && is_finite((double)t->cull[i].along));
     CHECK(is_finite((double)t->exposure) && t->exposure > 0);
@@ -382,6 +390,16 @@ static void picture(lflare *flare, rng *r, int wild)
         if (!(is_finite((double)pixels[i]) && pixels[i] >= 0)) fprintf(stderr, "pixel float %d is %g\n", (int)i, (double)pixels[i]);
         CHECK(is_finite((double)pixels[i]) && pixels[i] >= 0);
     }
+    for (i = 0; i < 4 && lflare_get_frame(flare)->instance_count > 0; i++) {
+        const lflare_frame_data *frame = lflare_get_frame(flare);
+        lflare_footprint footprint;
+        int32_t k = below(r, 3);
+        if (lflare_footprint_resolve(lflare_get_tables(flare), frame, frame->instances[below(r, frame->instance_count)], &footprint)) {
+            float x = footprint.centre[k][0] + betweenf(r, -1.2, 1.2) * footprint.radius;
+            float coverage = lflare_footprint_coverage(&footprint, k, &lflare_get_tables(flare)->iris, x, footprint.centre[k][1]);
+            CHECK(coverage >= 0 && coverage <= 1.0001f);
+        }
+    }
     drawn += lflare_get_frame(flare)->instance_count > 0;
     {
         uint8_t bytes[3 * 8];
@@ -398,17 +416,24 @@ static void object(const lflare_prescription *p, const lflare_lens *lens, rng *r
     lflare_error error;
     lflare *flare = NULL;
     lflare_result result;
+    char *text = NULL;
     int wild = below(r, 8) == 0;
     memset(&desc, 0, sizeof desc);
     memory.used = 0;
     memory.cap = below(r, 16) ? (size_t)256 << 20 : (size_t)100000 << below(r, 8);
     desc.prescription = p;
+    if (below(r, 4) == 0) { /* through the text, which is the same */
+        desc.prescription = NULL;
+        desc.text = text = write_text(p, &desc.text_size);
+    }
     desc.allocate = pool_realloc;
     desc.user = &memory;
     desc.max_lights = 3;
     make_settings(r, lens, &desc.settings, overrides, wild);
     result = lflare_create(&desc, &flare, &error);
+    free(text);
     check_error(result, &error);
+    CHECK(strcmp(lflare_result_text(result), "unknown result") != 0);
     if (result != LFLARE_OK) {
         CHECK(flare == NULL && memory.used == 0);
         CHECK(result == LFLARE_ERROR_MEMORY || (wild && result == LFLARE_ERROR_ARGUMENT));

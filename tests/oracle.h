@@ -43,7 +43,7 @@ static inline double oracle_between(oracle_random *r, double lo, double hi) { re
 
 static inline long double oracle_index(const lflare_medium *m, double nm)
 {
-    long double l = (long double)nm / 1000, c0 = m->c[0], c1 = m->c[1];
+    long double l = (long double)nm / 1000, c0 = (long double)m->c[0], c1 = (long double)m->c[1];
     if (m->kind == LFLARE_MEDIUM_CONSTANT) return c0;
     if (m->kind == LFLARE_MEDIUM_ABBE) { /* A + B / l^2 with n_F - n_C = (n_d - 1) / V_d */
         long double f = 0.4861327L, d = 0.5875618L, c = 0.6562725L;
@@ -297,10 +297,11 @@ static inline int oracle_layers(const lflare_prescription *p, int surface, lflar
     return 1;
 }
 
-/* W of a path for the paraxial ray from height r with slope u (both along one line): Snell's law exact from the paraxial
+/* W of a path for the paraxial ray from a height with a slope (both along one line): Snell's law exact from the paraxial
    tangent of incidence on. */
-static inline double oracle_weight(const oracle_lens *o, const oracle_step *path, int count, const oracle_matrix *at, double r, double u)
+static inline double oracle_weight(const oracle_lens *o, const oracle_step *path, int count, const oracle_matrix *at, double height, double slope)
 {
+    long double r = (long double)height, u = (long double)slope;
     lflare_layer layers[LFLARE_MAX_LAYERS], turned[LFLARE_MAX_LAYERS];
     double w = 1;
     int i, k;

@@ -1,0 +1,9 @@
+/* What one frame hands to every stage: lflare__gl_frame in lensflare.h has the same layout. */
+layout(std140) uniform lflare_frame {
+    vec4 u_half;       /* half width, half height of the frame on the sensor; sensor point at its middle */
+    vec4 u_lens;       /* mm per pixel, EFL, entrance radius, iris radius */
+    vec4 u_spectrum;   /* wavelengths in mm; number of blades */
+    vec4 u_strip;      /* 1 if the visibility strip counts; its row; edge fade in half-widths; 0 */
+    vec4 u_blades[16]; /* normal, distance, arc radius */
+    vec4 u_lights[960];/* 240 x (slope, axis)(slope length, field angle, angular radius, image x)(image y, irradiance)(-) */
+};
