@@ -2164,27 +2164,39 @@ static double lflare__hidden_slope(const lflare_circle *c, int32_t count, int32_
     return u;
 }
 
-/* All circles of a path: the pupil (front rim) at 0, the iris at 1, the rest after them. At most one per crossing. */
-static int32_t lflare__path_circles(const lflare_lens *lens, const double *n, lflare_pair pair, double iris, lflare_circle *out)
+/* A path at one wavelength: its circles (the pupil at 0, the iris at 1, a rim per crossing after them), each one's height
+   coefficients, and the whole matrix. */
+typedef struct lflare__rims {
+    lflare_circle circles[LFLARE_MAX_CIRCLES];
+    double a[LFLARE_MAX_CIRCLES], b[LFLARE_MAX_CIRCLES];
+    int32_t surface[LFLARE_MAX_CIRCLES];
+    lflare_matrix m;
+} lflare__rims;
+
+static int32_t lflare__collect_rims(const lflare_lens *lens, const double *n, lflare_pair pair, double iris, lflare__rims *out)
 {
     const lflare_surface *s = lens->prescription.surfaces;
-    double entrance = s[0].semi_diameter;
-    int32_t used = 2;
+    int32_t count = 2, at;
     lflare__walk walk;
     lflare_crossing x;
     lflare__walk_start(&walk, lens, n, pair);
-    out[0].centre = 0;
-    out[0].radius = entrance;
+    out->circles[0].centre = 0;
+    out->circles[0].radius = s[0].semi_diameter;
     while (lflare__walk_next(&walk, &x)) {
-        if (x.surface == lens->stop) out[1] = lflare__circle(x.a, x.b, iris, entrance);
-        else out[used++] = lflare__circle(x.a, x.b, s[x.surface].semi_diameter, entrance);
+        at = x.surface == lens->stop ? 1 : count++;
+        out->circles[at] = lflare__circle(x.a, x.b, at == 1 ? iris : s[x.surface].semi_diameter, s[0].semi_diameter);
+        out->a[at] = x.a;
+        out->b[at] = x.b;
+        out->surface[at] = x.surface;
     }
-    return used;
+    out->m = walk.m;
+    return count;
 }
 
 LFLARE_API lflare_clip lflare_ghost_clip(const lflare_lens *lens, double nm, lflare_pair pair, double iris, double u, lflare_region *region)
 {
-    lflare_circle c[LFLARE_MAX_CIRCLES], pupil;
+    lflare__rims rims;
+    lflare_circle *c = rims.circles, pupil;
     int32_t count, k;
     double n[LFLARE_MAX_SURFACES + 1], d, whole, worst = 0, ends = 0;
     lflare_region local;
@@ -2192,7 +2204,7 @@ LFLARE_API lflare_clip lflare_ghost_clip(const lflare_lens *lens, double nm, lfl
     LFLARE_ASSERT(lflare__valid_pair(lens, pair));
     u = fabs(u);
     lflare__indices(&lens->prescription, nm, n);
-    count = lflare__path_circles(lens, n, pair, iris, c);
+    count = lflare__collect_rims(lens, n, pair, iris, &rims);
     *region = lflare_region_of(c, count, u, NULL);
     whole = region->area;
     d = fabs(c[1].centre) * u;
@@ -2431,34 +2443,6 @@ LFLARE_API lflare_tables_size lflare_tables_layout(const lflare_lens *lens, void
     return size;
 }
 
-/* A path at one wavelength: its circles (pupil, iris, a rim per crossing) and each one's height coefficients. */
-typedef struct lflare__rims {
-    lflare_circle circles[LFLARE_MAX_CIRCLES];
-    double a[LFLARE_MAX_CIRCLES], b[LFLARE_MAX_CIRCLES];
-    int32_t surface[LFLARE_MAX_CIRCLES];
-    lflare_matrix m;
-} lflare__rims;
-
-static int32_t lflare__collect_rims(const lflare_lens *lens, const double *n, lflare_pair pair, lflare__rims *out)
-{
-    const lflare_surface *s = lens->prescription.surfaces;
-    int32_t count = 2, at;
-    lflare__walk walk;
-    lflare_crossing x;
-    lflare__walk_start(&walk, lens, n, pair);
-    out->circles[0].centre = 0;
-    out->circles[0].radius = s[0].semi_diameter;
-    while (lflare__walk_next(&walk, &x)) {
-        at = x.surface == lens->stop ? 1 : count++;
-        out->circles[at] = lflare__circle(x.a, x.b, s[x.surface].semi_diameter, s[0].semi_diameter);
-        out->a[at] = x.a;
-        out->b[at] = x.b;
-        out->surface[at] = x.surface;
-    }
-    out->m = walk.m;
-    return count;
-}
-
 /* Keeps the pupil, the iris and each rim that does not wholly hold another circle for all slopes up to u_max, with a little
    to spare for dispersion. Holding is transitive, so one pass does it. Returns how many, their places in `keep`. */
 static int32_t lflare__drop_holders(const lflare_circle *c, int32_t count, double u_max, int32_t *keep)
@@ -2554,7 +2538,7 @@ static void lflare__prepare_ghost(const lflare_lens *lens, lflare_tables *t, int
     float *head = t->head + (size_t)g * LFLARE_HEAD_FLOATS;
     float *out = t->rims + (size_t)g * LFLARE_MAX_RIMS * LFLARE_RIM_FLOATS;
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
-        count = lflare__collect_rims(lens, n[k], t->pairs[g], &rims[k]);
+        count = lflare__collect_rims(lens, n[k], t->pairs[g], lens->prescription.surfaces[lens->stop].semi_diameter, &rims[k]);
         head[k * 4] = (float)rims[k].a[1];
         head[k * 4 + 1] = (float)rims[k].b[1];
         head[k * 4 + 2] = (float)rims[k].m.a;
