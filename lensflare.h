@@ -2531,6 +2531,9 @@ static int32_t lflare__choose_rims(const lflare__rims *rims, int32_t count, int3
     return used;
 }
 
+/* For the tables: lenses with gaps of kilometres make numbers beyond float, of ghosts too faint to see. */
+static float lflare__single(double v) { return (float)lflare__clamp(v, -1e15, 1e15); }
+
 static void lflare__prepare_ghost(const lflare_lens *lens, lflare_tables *t, int32_t g, const double n[][LFLARE_MAX_SURFACES + 1])
 {
     lflare__rims rims[LFLARE_WAVELENGTHS];
@@ -2539,18 +2542,18 @@ static void lflare__prepare_ghost(const lflare_lens *lens, lflare_tables *t, int
     float *out = t->rims + (size_t)g * LFLARE_MAX_RIMS * LFLARE_RIM_FLOATS;
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
         count = lflare__collect_rims(lens, n[k], t->pairs[g], lens->prescription.surfaces[lens->stop].semi_diameter, &rims[k]);
-        head[k * 4] = (float)rims[k].a[1];
-        head[k * 4 + 1] = (float)rims[k].b[1];
-        head[k * 4 + 2] = (float)rims[k].m.a;
-        head[k * 4 + 3] = (float)rims[k].m.b;
+        head[k * 4] = lflare__single(rims[k].a[1]);
+        head[k * 4 + 1] = lflare__single(rims[k].b[1]);
+        head[k * 4 + 2] = lflare__single(rims[k].m.a);
+        head[k * 4 + 3] = lflare__single(rims[k].m.b);
     }
     used = lflare__choose_rims(rims, count, chosen);
     memset(out, 0, sizeof(float) * LFLARE_MAX_RIMS * LFLARE_RIM_FLOATS);
     for (i = 0; i < used; i++)
         for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
             float *rim = out + i * LFLARE_RIM_FLOATS + k * 4;
-            rim[0] = (float)rims[k].a[chosen[i]];
-            rim[1] = (float)rims[k].b[chosen[i]];
+            rim[0] = lflare__single(rims[k].a[chosen[i]]);
+            rim[1] = lflare__single(rims[k].b[chosen[i]]);
             rim[2] = (float)lens->prescription.surfaces[rims[k].surface[chosen[i]]].semi_diameter;
             rim[3] = (float)rims[k].surface[chosen[i]];
         }
