@@ -624,7 +624,7 @@ typedef struct lflare_footprint {
     lflare_edge edges[LFLARE_MAX_EDGES];
 } lflare_footprint;
 
-/* Resolves one instance. About 0.3 us. Returns 0 if nothing is left to draw. */
+/* Resolves one instance. Returns 0 if nothing is left to draw. */
 LFLARE_API int32_t lflare_footprint_resolve(const lflare_tables *tables, const lflare_frame_data *frame, lflare_instance instance,
                                             lflare_footprint *out);
 

@@ -353,7 +353,7 @@ static void check_tables(const lflare_tables *t)
     for (i = 0; i < g * LFLARE_HEAD_FLOATS; i++) CHECK(is_finite((double)t->head[i]));
     for (i = 0; i < g * LFLARE_FIELD_SAMPLES * LFLARE_FIELD_FLOATS; i++) {
         if (!is_finite((double)t->field[i]))
-            fprintf(stderr, "ghost %d, sample %d, float %d is %g; iris %g mm\n", (int)(i / 256), (int)(i / 8 % 32), (int)(i % 8), (double)t->field[i], (double)t->iris.radius);
+            fprintf(stderr, "ghost %d, sample %d, float %d is %g; iris %g mm\n", (int)(i / (LFLARE_FIELD_SAMPLES * LFLARE_FIELD_FLOATS)), (int)(i / LFLARE_FIELD_FLOATS % LFLARE_FIELD_SAMPLES), (int)(i % LFLARE_FIELD_FLOATS), (double)t->field[i], (double)t->iris.radius);
         CHECK(is_finite((double)t->field[i]));
     }
     for (i = 0; i < g * LFLARE_STYLE_FLOATS; i++) CHECK(is_finite((double)t->style[i]));
