@@ -68,7 +68,7 @@
            enum { W = 640, H = 360 };
            lflare_desc desc = {0};
            lflare_view view = {0};
-           lflare_light sun = {{0.17f, 0.09f, -1.0f}, {1.0f, 1.0f, 1.0f}, {0}, 0.00465f, 0};
+           lflare_light sun = {{0.17f, 0.09f, -1.0f}, {1.0f, 1.0f, 1.0f}, {0}, 0.00465f, 0, 0};
            lflare_image image = {0};
            lflare *flare = NULL;
            lflare_error error;
@@ -179,13 +179,17 @@
 
    GL STATE
 
-   A draw touches this state and, unless no_restore is set, puts it back as it was found (a test compares each value):
-   BLEND, DEPTH_TEST, STENCIL_TEST, CULL_FACE, RASTERIZER_DISCARD, SAMPLE_ALPHA_TO_COVERAGE, SAMPLE_COVERAGE,
-   COLOR_LOGIC_OP (not in ES); COLOR_WRITEMASK, BLEND_SRC_RGB, BLEND_DST_RGB, BLEND_SRC_ALPHA, BLEND_DST_ALPHA,
-   BLEND_EQUATION_RGB, BLEND_EQUATION_ALPHA, CURRENT_PROGRAM, VERTEX_ARRAY_BINDING, ARRAY_BUFFER_BINDING,
-   UNIFORM_BUFFER_BINDING, PIXEL_UNPACK_BUFFER_BINDING, UNPACK_ALIGNMENT, UNPACK_ROW_LENGTH, UNPACK_SKIP_ROWS,
-   UNPACK_SKIP_PIXELS, ACTIVE_TEXTURE; 2D texture and sampler of units 0 to 2; uniform buffer 0 with its range.
-   Framebuffer, viewport, scissor and sRGB encoding stay the caller's.
+   The lflare_gl functions touch this state and, unless no_restore is set, put it back as it was found (a test compares each
+   value): BLEND, DEPTH_TEST, STENCIL_TEST, CULL_FACE, SCISSOR_TEST, RASTERIZER_DISCARD, SAMPLE_ALPHA_TO_COVERAGE,
+   SAMPLE_COVERAGE; not in ES SAMPLE_MASK, COLOR_LOGIC_OP, CLIP_DISTANCE0, CLIP_DISTANCE1, CLIP_DISTANCE2, CLIP_DISTANCE3,
+   CLIP_DISTANCE4, CLIP_DISTANCE5, CLIP_DISTANCE6, CLIP_DISTANCE7, POLYGON_MODE; COLOR_WRITEMASK, BLEND_SRC_RGB,
+   BLEND_DST_RGB, BLEND_SRC_ALPHA, BLEND_DST_ALPHA, BLEND_EQUATION_RGB, BLEND_EQUATION_ALPHA, CURRENT_PROGRAM,
+   VERTEX_ARRAY_BINDING, ARRAY_BUFFER_BINDING, UNIFORM_BUFFER_BINDING, PIXEL_UNPACK_BUFFER_BINDING, UNPACK_ALIGNMENT,
+   UNPACK_ROW_LENGTH, UNPACK_SKIP_ROWS, UNPACK_SKIP_PIXELS, DRAW_FRAMEBUFFER_BINDING, VIEWPORT, ACTIVE_TEXTURE; 2D texture
+   and sampler of units 0 to 2; uniform buffer 0 with its range.
+   lflare_gl_draw and lflare_gl_add_half leave framebuffer, viewport and scissor to the caller and so never change them; with
+   no_restore lflare_gl_draw_half and lflare_gl_occlusion leave their own bound. Colour mask and blending are those of draw
+   buffer 0, put back to all draw buffers. sRGB encoding on write stays the caller's. No transform feedback may be active.
 
    THREADS
 
@@ -503,6 +507,7 @@ typedef struct lflare_view {
                               frame, which makes all slopes true */
     lflare_fit fit;
     float centre[2];       /* where the optical axis meets the view, in half-widths and half-heights; 0 0 = the middle */
+    float edge_fade;       /* a light fades out over so many half-heights beyond the frame's edge; 0 = it does not, as in reality */
 } lflare_view;
 
 enum { LFLARE_LIGHT_NO_GHOSTS = 1, LFLARE_LIGHT_NO_STARBURST = 2, LFLARE_LIGHT_NO_STREAK = 4 };
@@ -512,6 +517,7 @@ typedef struct lflare_light {
     float color[3];        /* irradiance at the lens, linear; negative counts as 0 */
     float occlusion[3];    /* 1 - visibility, per channel: 0 all 0 = seen in full, 1 = hidden or absorbed */
     float angular_radius;  /* 0 = a point; the sun: 0.00465 */
+    float distance;        /* from the camera, for lflare_gl_occlusion alone, in its projection's units; 0 = infinitely far */
     int32_t flags;
 } lflare_light;
 
@@ -545,7 +551,7 @@ typedef struct lflare_tables {
     float exposure;         /* gain on the lights' colour */
     float fnumber;          /* effective */
     lflare_iris iris;
-    uint32_t lens_revision, settings_revision; /* counted up by prepare (range from 0) and configure_end: what to upload anew */
+    uint64_t lens_hash, settings_hash; /* of head and rims, of field and style, by configure_end: upload anew what changed */
 } lflare_tables;
 
 /* Bytes of the lens's and of the settings' arrays. Several settings may share one lens part. */
@@ -605,6 +611,11 @@ typedef struct lflare_frame_data {
    enough. Allocates nothing; 5 ns a ghost and light. */
 LFLARE_API lflare_result lflare_frame_build(const lflare_tables *tables, const lflare_view *view, const lflare_light *lights, int32_t light_count,
                                             lflare_frame_data *frame);
+
+/* A visibility that follows `target` without flicker: returns `now` moved towards it by the share 1 - exp(-dt / attack) of the
+   way up, or with `release` of the way down; times in seconds, 0 = at once. The same after one second at any frame rate. From
+   0.1 s on, a light that leaves hide in every other frame at 60 Hz changes by less than 10 %, what counts as a flash (WCAG 2.3.1). */
+LFLARE_API float lflare_fade(float now, float target, float dt, float attack, float release);
 
 /* An edge of a ghost, in units of its own radius: where the sensor point is d away from the footprint's centre[k], the ray
    meets the edge's plane at a = gain[k] d + offset[k] axis; inside is |a| <= 1, fading over +-soft[k]. edges[0] is the iris:
@@ -675,11 +686,42 @@ typedef struct lflare_gl_desc {
    left, *error (may be NULL) names the missing function or version. */
 LFLARE_API lflare_result lflare_gl_create(const lflare_gl_desc *desc, lflare_gl **out, lflare_error *error);
 
-/* Adds the frame's ghosts to the bound framebuffer and viewport: two instanced draws, insides and
-   rims, whatever the number of lights. Uploads
-   tables that changed since the last draw (allocating then), else 8 bytes an instance and 64 a light. Never reads back,
-   never waits. The target is linear (or encodes on write); float or half float keeps more than one ghost in 255 steps. */
+/* Adds the frame's ghosts to the bound framebuffer and viewport: two instanced draws, insides and rims, whatever the number of
+   lights. Uploads tables that changed since the last draw (allocating then), else 8 bytes an instance and 64 a light. Never
+   reads back, never waits. The target has one colour buffer and is linear (or encodes on write). Half float is best; 8 bits a
+   channel work too, but a ghost fainter than 1/510 adds nothing there: where float targets cannot be blended, that or
+   lflare_render into a texture is what remains. */
 LFLARE_API lflare_result lflare_gl_draw(lflare_gl *gl, const lflare_tables *tables, const lflare_frame_data *frame);
+
+/* The same for cheap machines, at a quarter of the fragments: draw_half draws into a picture of its own of half the width and
+   height, add_half adds that, smoothly enlarged, to the bound framebuffer and viewport (bind them between the two calls if
+   no_restore is set; a tiled GPU prefers draw_half before the frame's own pass). The picture is RGBA16F; where that cannot be
+   drawn to (ES 3.0 without EXT_color_buffer_half_float or _float) RGB10_A2, which ends at 1 as every target there does. The
+   first draw of a size allocates it. */
+LFLARE_API lflare_result lflare_gl_draw_half(lflare_gl *gl, const lflare_tables *tables, const lflare_frame_data *frame);
+LFLARE_API lflare_result lflare_gl_add_half(lflare_gl *gl);
+
+/* How the caller's depth buffer is to be read. */
+typedef struct lflare_gl_depth {
+    uint32_t texture;       /* of GL, 2D, one sample a texel, with depth; its own sampling parameters do not matter */
+    int32_t region[4];      /* x, y, width and height of the view in it, texels; all 0 = the whole texture */
+    float projection[16];   /* the camera's, column by column as GL takes it, looking along -z. Reverse-Z and infinite far planes
+                               are seen from it */
+    int32_t zero_to_one;    /* 1: clip-space depth is 0 to 1 (glClipControl), not -1 to 1 */
+    float depth_range[2];   /* glDepthRange; 0 0 = 0 1 */
+    float sky_distance;     /* what is farther hides nothing: a skybox; 0 = everything drawn hides a light infinitely far away */
+    float bias;             /* what is less than this in front of a light at a finite distance does not hide it: its own housing */
+    int32_t samples;        /* over the light's disc, rounded up to a multiple of 4, at most 1024; 0 = 256: within 2 % of the open area */
+    float dt, attack, release; /* seconds: see lflare_fade; attack and release 0 = at once */
+    int32_t reset;          /* 1: no fade this time (a cut) */
+} lflare_gl_depth;
+
+/* Measures on the GPU how much of each light's disc (a texel in radius at least) the depth buffer leaves open, for all draws
+   from now on, until called again; depth NULL ends it. Nothing is read back: it stays in a strip of a texel a light, which the
+   ghosts' vertex shader reads and multiplies by. The part of a disc beyond the frame counts like the frame's nearest edge. The
+   fade belongs to a light's index: keep it from frame to frame. At most LFLARE_GL_MAX_LIGHTS lights, which are those given to
+   lflare_frame. Cost: one draw of a fragment a light. */
+LFLARE_API lflare_result lflare_gl_occlusion(lflare_gl *gl, const lflare_light *lights, int32_t light_count, const lflare_gl_depth *depth);
 
 /* The context is lost: GL is not called any more; destroy and create anew. */
 LFLARE_API void lflare_gl_forget(lflare_gl *gl);
@@ -2579,7 +2621,6 @@ LFLARE_API lflare_result lflare_tables_prepare(const lflare_lens *lens, lflare_t
             t->index[i * 4 + 3] = 0;
         }
     }
-    if (begin == 0) t->lens_revision++;
     for (g = begin; g < end; g++) lflare__prepare_ghost(lens, t, g, (const double(*)[LFLARE_MAX_SURFACES + 1])n);
     return LFLARE_OK;
 }
@@ -2821,9 +2862,23 @@ static void lflare__sift(const lflare_tables *t, lflare_cull *heap, int32_t at, 
     }
 }
 
+/* Tells two arrays of rows apart by content: addresses and counters come again when objects do. Even numbers of floats. */
+static uint64_t lflare__hash(const float *a, size_t a_count, const float *b, size_t b_count)
+{
+    uint64_t hash = 0, word;
+    size_t i;
+    for (i = 0; i < a_count + b_count; i += 2) {
+        memcpy(&word, i < a_count ? a + i : b + (i - a_count), sizeof word);
+        hash = (hash ^ word) * 0x9E3779B97F4A7C15u;
+        hash ^= hash >> 32;
+    }
+    return hash;
+}
+
 LFLARE_API void lflare_tables_configure_end(lflare_tables *t, const lflare_settings *s)
 {
     double flux = 0, mean = 0;
+    size_t ghosts;
     int32_t g, n = 0;
     for (g = 0; g < t->ghost_count; g++) {
         flux += (double)t->rank[g * 2];
@@ -2839,7 +2894,9 @@ LFLARE_API void lflare_tables_configure_end(lflare_tables *t, const lflare_setti
         t->cull[g] = weakest;
         lflare__sift(t, t->cull, 0, g);
     }
-    t->settings_revision++;
+    ghosts = (size_t)t->ghost_count;
+    t->lens_hash = lflare__hash(t->head, ghosts * LFLARE_HEAD_FLOATS, t->rims, ghosts * LFLARE_MAX_RIMS * LFLARE_RIM_FLOATS);
+    t->settings_hash = lflare__hash(t->field, ghosts * LFLARE_FIELD_SAMPLES * LFLARE_FIELD_FLOATS, t->style, ghosts * LFLARE_STYLE_FLOATS);
     t->exposure = exp2f(s->exposure_ev) * (s->raw || !(mean > 0) ? 1 : (float)((double)LFLARE_NORMAL_MEAN / mean));
 }
 
@@ -2870,18 +2927,31 @@ static float lflare__frame_size(const lflare_tables *t, const lflare_view *v, lf
 static int lflare__valid_view(const lflare_view *v)
 {
     return v != NULL && v->width > 0 && v->height > 0 && v->width <= 1 << 20 && v->height <= 1 << 20 && v->fov_y >= 0 && v->fov_y < 3.1f &&
-           (int)v->fit >= 0 && v->fit <= LFLARE_FIT_PHYSICAL && fabsf(v->centre[0]) <= 1000 && fabsf(v->centre[1]) <= 1000;
+           (int)v->fit >= 0 && v->fit <= LFLARE_FIT_PHYSICAL && fabsf(v->centre[0]) <= 1000 && fabsf(v->centre[1]) <= 1000 && v->edge_fade >= 0;
 }
 
 static int lflare__valid_light(const lflare_light *l)
 {
-    return lflare__finite3(l->direction) && lflare__finite3(l->color) && lflare__finite3(l->occlusion) && l->angular_radius >= 0 && l->angular_radius < 1.5f;
+    double sum = 0; /* of floats: does not overflow */
+    int32_t k;
+    for (k = 0; k < 3; k++) sum += (double)l->direction[k] + (double)l->color[k] + (double)l->occlusion[k];
+    return lflare__finite(sum + (double)l->distance) && l->angular_radius >= 0 && l->angular_radius < 1.5f && l->distance >= 0;
+}
+
+/* What is left of a light whose image lies beyond the frame's edge. */
+static float lflare__edge_fade(const lflare_frame_data *f, float width, const float *image)
+{
+    float x = lflare__maxf(fabsf(image[0] - f->centre[0]) - f->half_width, 0), y = lflare__maxf(fabsf(image[1] - f->centre[1]) - f->half_height, 0), t;
+    if (!(width > 0)) return 1;
+    t = lflare__maxf(1 - sqrtf(x * x + y * y) / (width * f->half_height), 0);
+    return t * t * (3 - 2 * t);
 }
 
 /* 0 if the light draws nothing. */
-static int lflare__frame_light_make(const lflare_tables *t, const lflare_light *l, float slope_scale, lflare_frame_light *out)
+static int lflare__frame_light_make(const lflare_tables *t, const lflare_frame_data *f, const lflare_light *l, float slope_scale, float edge_fade,
+                                    lflare_frame_light *out)
 {
-    float cosine, lit = 0;
+    float cosine, faded, lit = 0;
     int32_t k;
     if (!(l->direction[2] < 0)) return 0;
     memset(out, 0, sizeof *out);
@@ -2896,9 +2966,10 @@ static int lflare__frame_light_make(const lflare_tables *t, const lflare_light *
     out->flags = l->flags;
     cosine = 1 / sqrtf(1 + out->slope_length * out->slope_length);
     for (k = 0; k < 2; k++) out->image[k] = t->efl * out->slope[k];
+    faded = lflare__edge_fade(f, edge_fade, out->image) * cosine * t->exposure;
     for (k = 0; k < 3; k++) {
         float visible = 1 - lflare__minf(lflare__maxf(l->occlusion[k], 0), 1);
-        out->irradiance[k] = lflare__maxf(l->color[k], 0) * visible * cosine * t->exposure;
+        out->irradiance[k] = lflare__maxf(l->color[k], 0) * visible * faded;
         lit += out->irradiance[k];
     }
     return lit > 0;
@@ -2920,7 +2991,7 @@ LFLARE_API lflare_result lflare_frame_build(const lflare_tables *t, const lflare
         float growth;
         int32_t budget = t->ghost_budget > 0 ? t->ghost_budget : t->active_count;
         if (f->light_count == f->light_capacity) return LFLARE_ERROR_LIMIT;
-        if (!lflare__frame_light_make(t, &lights[i], slope_scale, l)) continue;
+        if (!lflare__frame_light_make(t, f, &lights[i], slope_scale, view->edge_fade, l)) continue;
         l->source = i;
         growth = 4 * f->pixel;
         for (g = 0; g < t->active_count && budget > 0 && !(l->flags & LFLARE_LIGHT_NO_GHOSTS); g++) {
@@ -2940,6 +3011,13 @@ LFLARE_API lflare_result lflare_frame_build(const lflare_tables *t, const lflare
         f->light_count++;
     }
     return LFLARE_OK;
+}
+
+LFLARE_API float lflare_fade(float now, float target, float dt, float attack, float release)
+{
+    float time = target > now ? attack : release;
+    if (!(now - now == 0) || !(time > 0)) return target;
+    return dt > 0 ? now + (target - now) * (1 - expf(-dt / time)) : now;
 }
 
 LFLARE_API float lflare_edge_coverage(float t)
@@ -3452,80 +3530,114 @@ typedef unsigned int lflare__glenum;
 typedef unsigned int lflare__gluint;
 typedef int lflare__glint;
 
-/* One row per function: result, name, arguments. */
-#define LFLARE__GL_FUNCTIONS(X)                                                                                          \
-    X(void, ActiveTexture, (lflare__glenum))                                                                             \
-    X(void, AttachShader, (lflare__gluint, lflare__gluint))                                                              \
-    X(void, BindAttribLocation, (lflare__gluint, lflare__gluint, const char *))                                          \
-    X(void, BindBuffer, (lflare__glenum, lflare__gluint))                                                                \
-    X(void, BindBufferBase, (lflare__glenum, lflare__gluint, lflare__gluint))                                            \
-    X(void, BindBufferRange, (lflare__glenum, lflare__gluint, lflare__gluint, ptrdiff_t, ptrdiff_t))                     \
-    X(void, BindSampler, (lflare__gluint, lflare__gluint))                                                               \
-    X(void, BindTexture, (lflare__glenum, lflare__gluint))                                                               \
-    X(void, BindVertexArray, (lflare__gluint))                                                                           \
-    X(void, BlendEquationSeparate, (lflare__glenum, lflare__glenum))                                                     \
-    X(void, BlendFuncSeparate, (lflare__glenum, lflare__glenum, lflare__glenum, lflare__glenum))                         \
-    X(void, BufferData, (lflare__glenum, ptrdiff_t, const void *, lflare__glenum))                                       \
-    X(void, BufferSubData, (lflare__glenum, ptrdiff_t, ptrdiff_t, const void *))                                          \
-    X(void, ColorMask, (unsigned char, unsigned char, unsigned char, unsigned char))                                     \
-    X(void, CompileShader, (lflare__gluint))                                                                             \
-    X(lflare__gluint, CreateProgram, (void))                                                                             \
-    X(lflare__gluint, CreateShader, (lflare__glenum))                                                                    \
-    X(void, DeleteBuffers, (int, const lflare__gluint *))                                                                \
-    X(void, DeleteProgram, (lflare__gluint))                                                                             \
-    X(void, DeleteShader, (lflare__gluint))                                                                              \
-    X(void, DeleteTextures, (int, const lflare__gluint *))                                                               \
-    X(void, DeleteVertexArrays, (int, const lflare__gluint *))                                                           \
-    X(void, Disable, (lflare__glenum))                                                                                   \
-    X(void, DrawArraysInstanced, (lflare__glenum, int, int, int))                                                        \
-    X(void, Enable, (lflare__glenum))                                                                                    \
-    X(void, EnableVertexAttribArray, (lflare__gluint))                                                                   \
-    X(void, GenBuffers, (int, lflare__gluint *))                                                                         \
-    X(void, GenTextures, (int, lflare__gluint *))                                                                        \
-    X(void, GenVertexArrays, (int, lflare__gluint *))                                                                    \
-    X(lflare__glenum, GetError, (void))                                                                                  \
-    X(void, GetInteger64i_v, (lflare__glenum, lflare__gluint, int64_t *))                                                \
-    X(void, GetIntegeri_v, (lflare__glenum, lflare__gluint, lflare__glint *))                                            \
-    X(void, GetIntegerv, (lflare__glenum, lflare__glint *))                                                              \
-    X(void, GetProgramInfoLog, (lflare__gluint, int, int *, char *))                                                     \
-    X(void, GetProgramiv, (lflare__gluint, lflare__glenum, lflare__glint *))                                             \
-    X(void, GetShaderInfoLog, (lflare__gluint, int, int *, char *))                                                      \
-    X(void, GetShaderiv, (lflare__gluint, lflare__glenum, lflare__glint *))                                              \
-    X(const unsigned char *, GetString, (lflare__glenum))                                                                \
-    X(lflare__gluint, GetUniformBlockIndex, (lflare__gluint, const char *))                                              \
-    X(lflare__glint, GetUniformLocation, (lflare__gluint, const char *))                                                 \
-    X(unsigned char, IsEnabled, (lflare__glenum))                                                                        \
-    X(void, LinkProgram, (lflare__gluint))                                                                               \
-    X(void, PixelStorei, (lflare__glenum, lflare__glint))                                                                \
-    X(void, ShaderSource, (lflare__gluint, int, const char *const *, const lflare__glint *))                             \
-    X(void, TexImage2D, (lflare__glenum, lflare__glint, lflare__glint, int, int, lflare__glint, lflare__glenum, lflare__glenum, const void *)) \
-    X(void, TexParameteri, (lflare__glenum, lflare__glenum, lflare__glint))                                              \
-    X(void, Uniform1i, (lflare__glint, lflare__glint))                                                                   \
-    X(void, UniformBlockBinding, (lflare__gluint, lflare__gluint, lflare__gluint))                                       \
-    X(void, UseProgram, (lflare__gluint))                                                                                \
-    X(void, VertexAttribDivisor, (lflare__gluint, lflare__gluint))                                                       \
-    X(void, VertexAttribIPointer, (lflare__gluint, lflare__glint, lflare__glenum, int, const void *))
+/* One row per function: 1 if only desktop GL has it, result, name, arguments. */
+#define LFLARE__GL_FUNCTIONS(X)                                                                                       \
+    X(0, void, ActiveTexture, (lflare__glenum))                                                                       \
+    X(0, void, AttachShader, (lflare__gluint, lflare__gluint))                                                        \
+    X(0, void, BindAttribLocation, (lflare__gluint, lflare__gluint, const char *))                                    \
+    X(0, void, BindBuffer, (lflare__glenum, lflare__gluint))                                                          \
+    X(0, void, BindBufferBase, (lflare__glenum, lflare__gluint, lflare__gluint))                                      \
+    X(0, void, BindBufferRange, (lflare__glenum, lflare__gluint, lflare__gluint, ptrdiff_t, ptrdiff_t))               \
+    X(0, void, BindFramebuffer, (lflare__glenum, lflare__gluint))                                                     \
+    X(0, void, BindSampler, (lflare__gluint, lflare__gluint))                                                         \
+    X(0, void, BindTexture, (lflare__glenum, lflare__gluint))                                                         \
+    X(0, void, BindVertexArray, (lflare__gluint))                                                                     \
+    X(0, void, BlendEquationSeparate, (lflare__glenum, lflare__glenum))                                               \
+    X(0, void, BlendFuncSeparate, (lflare__glenum, lflare__glenum, lflare__glenum, lflare__glenum))                   \
+    X(0, void, BufferData, (lflare__glenum, ptrdiff_t, const void *, lflare__glenum))                                 \
+    X(0, void, BufferSubData, (lflare__glenum, ptrdiff_t, ptrdiff_t, const void *))                                   \
+    X(0, lflare__glenum, CheckFramebufferStatus, (lflare__glenum))                                                    \
+    X(0, void, ClearBufferfv, (lflare__glenum, lflare__glint, const float *))                                         \
+    X(0, void, ColorMask, (unsigned char, unsigned char, unsigned char, unsigned char))                               \
+    X(0, void, CompileShader, (lflare__gluint))                                                                       \
+    X(0, lflare__gluint, CreateProgram, (void))                                                                       \
+    X(0, lflare__gluint, CreateShader, (lflare__glenum))                                                              \
+    X(0, void, DeleteBuffers, (int, const lflare__gluint *))                                                          \
+    X(0, void, DeleteFramebuffers, (int, const lflare__gluint *))                                                     \
+    X(0, void, DeleteProgram, (lflare__gluint))                                                                       \
+    X(0, void, DeleteSamplers, (int, const lflare__gluint *))                                                         \
+    X(0, void, DeleteShader, (lflare__gluint))                                                                        \
+    X(0, void, DeleteTextures, (int, const lflare__gluint *))                                                         \
+    X(0, void, DeleteVertexArrays, (int, const lflare__gluint *))                                                     \
+    X(0, void, Disable, (lflare__glenum))                                                                             \
+    X(0, void, DrawArraysInstanced, (lflare__glenum, int, int, int))                                                  \
+    X(0, void, Enable, (lflare__glenum))                                                                              \
+    X(0, void, EnableVertexAttribArray, (lflare__gluint))                                                             \
+    X(0, void, FramebufferTexture2D, (lflare__glenum, lflare__glenum, lflare__glenum, lflare__gluint, lflare__glint)) \
+    X(0, void, GenBuffers, (int, lflare__gluint *))                                                                   \
+    X(0, void, GenFramebuffers, (int, lflare__gluint *))                                                              \
+    X(0, void, GenSamplers, (int, lflare__gluint *))                                                                  \
+    X(0, void, GenTextures, (int, lflare__gluint *))                                                                  \
+    X(0, void, GenVertexArrays, (int, lflare__gluint *))                                                              \
+    X(0, lflare__glenum, GetError, (void))                                                                            \
+    X(0, void, GetInteger64i_v, (lflare__glenum, lflare__gluint, int64_t *))                                          \
+    X(0, void, GetIntegeri_v, (lflare__glenum, lflare__gluint, lflare__glint *))                                      \
+    X(0, void, GetIntegerv, (lflare__glenum, lflare__glint *))                                                        \
+    X(0, void, GetProgramInfoLog, (lflare__gluint, int, int *, char *))                                               \
+    X(0, void, GetProgramiv, (lflare__gluint, lflare__glenum, lflare__glint *))                                       \
+    X(0, void, GetShaderInfoLog, (lflare__gluint, int, int *, char *))                                                \
+    X(0, void, GetShaderiv, (lflare__gluint, lflare__glenum, lflare__glint *))                                        \
+    X(0, const unsigned char *, GetString, (lflare__glenum))                                                          \
+    X(0, lflare__gluint, GetUniformBlockIndex, (lflare__gluint, const char *))                                        \
+    X(0, lflare__glint, GetUniformLocation, (lflare__gluint, const char *))                                           \
+    X(0, unsigned char, IsEnabled, (lflare__glenum))                                                                  \
+    X(0, void, LinkProgram, (lflare__gluint))                                                                         \
+    X(0, void, PixelStorei, (lflare__glenum, lflare__glint))                                                          \
+    X(1, void, PolygonMode, (lflare__glenum, lflare__glenum))                                                         \
+    X(0, void, SamplerParameteri, (lflare__gluint, lflare__glenum, lflare__glint))                                    \
+    X(0, void, ShaderSource, (lflare__gluint, int, const char *const *, const lflare__glint *))                       \
+    X(0, void, TexImage2D, (lflare__glenum, lflare__glint, lflare__glint, int, int, lflare__glint, lflare__glenum, lflare__glenum, const void *))\
+    X(0, void, TexParameteri, (lflare__glenum, lflare__glenum, lflare__glint))                                        \
+    X(0, void, Uniform1i, (lflare__glint, lflare__glint))                                                             \
+    X(0, void, Uniform3f, (lflare__glint, float, float, float))                                                       \
+    X(0, void, UniformBlockBinding, (lflare__gluint, lflare__gluint, lflare__gluint))                                 \
+    X(0, void, UseProgram, (lflare__gluint))                                                                          \
+    X(0, void, VertexAttribDivisor, (lflare__gluint, lflare__gluint))                                                 \
+    X(0, void, VertexAttribIPointer, (lflare__gluint, lflare__glint, lflare__glenum, int, const void *))              \
+    X(0, void, Viewport, (lflare__glint, lflare__glint, int, int))
 
-#define LFLARE__GL_MEMBER(result, name, arguments) result(LFLARE__GLCALL *name) arguments;
+#define LFLARE__GL_MEMBER(desktop, result, name, arguments) result(LFLARE__GLCALL *name) arguments;
 typedef struct lflare__glapi {
     LFLARE__GL_FUNCTIONS(LFLARE__GL_MEMBER)
 } lflare__glapi;
 #undef LFLARE__GL_MEMBER
 
-enum { LFLARE__GL_UNITS = 3, LFLARE__GL_ROW = 1024, LFLARE__GL_LENS_TEXELS = 4 + 3 * LFLARE_MAX_RIMS, LFLARE__GL_SETTINGS_TEXELS = 2 * LFLARE_FIELD_SAMPLES + 2, LFLARE__GL_RING = 34, LFLARE__GL_INSIDE = 16 };
+enum {
+    LFLARE__GL_UNITS = 3,
+    LFLARE__GL_ROW = 1024, /* texels of a line of the tables' textures */
+    LFLARE__GL_LENS_TEXELS = 4 + 3 * LFLARE_MAX_RIMS,
+    LFLARE__GL_SETTINGS_TEXELS = 2 * LFLARE_FIELD_SAMPLES + 2,
+    LFLARE__GL_RING = 34,   /* vertices of a ghost's rim, of its inside */
+    LFLARE__GL_INSIDE = 16
+};
 
-/* All state that is touched, in the order of its restoring. Capabilities: enum, desktop only, what drawing needs.
+enum { LFLARE__GL_RIM, LFLARE__GL_FILL, LFLARE__GL_STRIP, LFLARE__GL_ADD, LFLARE__GL_PROGRAMS };
+enum { LFLARE__GL_LENS, LFLARE__GL_SETTINGS, LFLARE__GL_STRIP_A, LFLARE__GL_STRIP_B, LFLARE__GL_HALF, LFLARE__GL_TEXTURES };
+enum { LFLARE__GL_TO_STRIP_A, LFLARE__GL_TO_STRIP_B, LFLARE__GL_TO_HALF, LFLARE__GL_FRAMEBUFFERS };
+
+/* All state that is touched, in the order of its restoring. Capabilities: enum, desktop only, what drawing needs (2: as
+   the caller has it).
    Values: enum to ask, desktop only, how many, how to set (v: the values). Per texture unit and the indexed uniform buffer
    are below. The paragraph "GL STATE" of the documentation lists the same names. */
-#define LFLARE__GL_CAPABILITIES(X)      \
-    X(0x0BE2, 0, 1, BLEND)              \
-    X(0x0B71, 0, 0, DEPTH_TEST)         \
-    X(0x0B90, 0, 0, STENCIL_TEST)       \
-    X(0x0B44, 0, 0, CULL_FACE)          \
-    X(0x8C89, 0, 0, RASTERIZER_DISCARD) \
+#define LFLARE__GL_CAPABILITIES(X)            \
+    X(0x0BE2, 0, 1, BLEND)                    \
+    X(0x0B71, 0, 0, DEPTH_TEST)               \
+    X(0x0B90, 0, 0, STENCIL_TEST)             \
+    X(0x0B44, 0, 0, CULL_FACE)                \
+    X(0x0C11, 0, 2, SCISSOR_TEST)             \
+    X(0x8C89, 0, 0, RASTERIZER_DISCARD)       \
     X(0x809E, 0, 0, SAMPLE_ALPHA_TO_COVERAGE) \
-    X(0x80A0, 0, 0, SAMPLE_COVERAGE)    \
-    X(0x0BF2, 1, 0, COLOR_LOGIC_OP)
+    X(0x80A0, 0, 0, SAMPLE_COVERAGE)          \
+    X(0x8E51, 1, 0, SAMPLE_MASK)              \
+    X(0x0BF2, 1, 0, COLOR_LOGIC_OP)           \
+    X(0x3000, 1, 0, CLIP_DISTANCE0)           \
+    X(0x3001, 1, 0, CLIP_DISTANCE1)           \
+    X(0x3002, 1, 0, CLIP_DISTANCE2)           \
+    X(0x3003, 1, 0, CLIP_DISTANCE3)           \
+    X(0x3004, 1, 0, CLIP_DISTANCE4)           \
+    X(0x3005, 1, 0, CLIP_DISTANCE5)           \
+    X(0x3006, 1, 0, CLIP_DISTANCE6)           \
+    X(0x3007, 1, 0, CLIP_DISTANCE7)
 
 #define LFLARE__GL_VALUES(X)                                                                                              \
     X(0x0C23, 0, 4, COLOR_WRITEMASK, gl->ColorMask(v[0] != 0, v[1] != 0, v[2] != 0, v[3] != 0))                           \
@@ -3544,6 +3656,9 @@ enum { LFLARE__GL_UNITS = 3, LFLARE__GL_ROW = 1024, LFLARE__GL_LENS_TEXELS = 4 +
     X(0x0CF2, 0, 1, UNPACK_ROW_LENGTH, gl->PixelStorei(0x0CF2, v[0]))                                                     \
     X(0x0CF3, 0, 1, UNPACK_SKIP_ROWS, gl->PixelStorei(0x0CF3, v[0]))                                                      \
     X(0x0CF4, 0, 1, UNPACK_SKIP_PIXELS, gl->PixelStorei(0x0CF4, v[0]))                                                    \
+    X(0x0B40, 1, 2, POLYGON_MODE, gl->PolygonMode(0x0408, (lflare__glenum)v[0]))                                          \
+    X(0x8CA6, 0, 1, DRAW_FRAMEBUFFER_BINDING, gl->BindFramebuffer(0x8CA9, (lflare__gluint)v[0]))                          \
+    X(0x0BA2, 0, 4, VIEWPORT, gl->Viewport(v[0], v[1], v[2], v[3]))                                                       \
     X(0x84E0, 0, 1, ACTIVE_TEXTURE, gl->ActiveTexture((lflare__glenum)v[0]))
 
 #define LFLARE__GL_COUNT(...) +1
@@ -3565,18 +3680,48 @@ typedef struct lflare__gl_frame {
     lflare_frame_light lights[LFLARE_GL_MAX_LIGHTS];
 } lflare__gl_frame;
 
+/* That of the block in shaders_embedded/strip.frag.glsl. */
+typedef struct lflare__gl_strip {
+    float clip[3][4], region[4], fade[4];
+    float disc[LFLARE_GL_MAX_LIGHTS][4];
+} lflare__gl_strip;
+
 struct lflare_gl {
     lflare__glapi api;
     lflare_realloc allocate;
     void *user;
     int32_t no_restore, es, forgotten;
-    lflare__gluint programs[2], vertex_array, instances, uniforms, textures[LFLARE__GL_UNITS]; /* lens, settings, white */
-    uint32_t lens_revision, settings_revision;
-    const float *lens_rows, *settings_rows; /* whose tables were uploaded */
-    lflare__gl_frame frame;
+    lflare__gluint programs[LFLARE__GL_PROGRAMS], textures[LFLARE__GL_TEXTURES], framebuffers[LFLARE__GL_FRAMEBUFFERS];
+    lflare__gluint vertex_array, instances, uniforms, sampler;
+    lflare__glint enlarge;                  /* location of a uniform */
+    uint64_t lens_hash, settings_hash;      /* of what was uploaded */
+    int32_t uploaded;                       /* bit 0: something of the lens, bit 1: of the settings */
+    int32_t strip_lights, strip_now;        /* lights that the strip holds, which of the two strips */
+    int32_t strip_started;
+    int32_t full_width, full_height;        /* of the half-size picture, when enlarged; 0 = none */
+    int32_t coarse;                         /* it is RGB10_A2 */
+    float half_gain;                        /* on what is stored in it */
+    union {
+        lflare__gl_frame frame;
+        lflare__gl_strip strip;
+    } block;                                /* made here, then uploaded */
 };
 
 /* -- shaders begin (made by `make shaders` from shaders_embedded; edit there) */
+static const char *const lflare__glsl_add_frag[] = {
+    "uniform highp sampler2D u_half_picture;\n"
+    "uniform vec3 u_enlarge;\n"
+    "in vec2 v_place;\n"
+    "out vec4 o_color;\n"
+    "void main()\n"
+    "{\n"
+    "vec2 place = v_place * u_enlarge.xy - 0.5, corner = floor(place), f = place - corner;\n"
+    "ivec2 last = textureSize(u_half_picture, 0) - 1, a = clamp(ivec2(corner), ivec2(0), last), b = min(ivec2(corner) + 1, last);\n"
+    "vec3 low = mix(texelFetch(u_half_picture, a, 0).rgb, texelFetch(u_half_picture, ivec2(b.x, a.y), 0).rgb, f.x);\n"
+    "vec3 high = mix(texelFetch(u_half_picture, ivec2(a.x, b.y), 0).rgb, texelFetch(u_half_picture, b, 0).rgb, f.x);\n"
+    "o_color = vec4(mix(low, high, f.y) * u_enlarge.z, 0.0);\n"
+    "}\n"
+    , NULL};
 static const char *const lflare__glsl_frame[] = {
     "layout(std140) uniform lflare_frame {\n"
     "vec4 u_half;\n"
@@ -3653,7 +3798,7 @@ static const char *const lflare__glsl_ghost_frag[] = {
 static const char *const lflare__glsl_ghost_vert[] = {
     "uniform highp sampler2D u_lens_table;\n"
     "uniform highp sampler2D u_settings_table;\n"
-    "uniform highp sampler2D u_visibility;\n"
+    "uniform highp usampler2D u_visibility;\n"
     "in uvec4 a_instance;\n"
     "const int CORNERS = 16, EDGES = 5, RIMS = 12, SAMPLES = 64;\n"
     "const int LENS_TEXELS = 4 + 3 * RIMS, SETTINGS_TEXELS = 2 * SAMPLES + 2, ROW = 1024;\n"
@@ -3760,12 +3905,13 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "int ghost = int(a_instance.x), light = int(a_instance.y), i;\n"
     "vec4 l0 = u_lights[light * 4], l1 = u_lights[light * 4 + 1], l2 = u_lights[light * 4 + 2];\n"
     "vec2 slope = l0.xy, axis = l0.zw;\n"
-    "vec3 irradiance = l2.yzw;\n"
+    "vec3 irradiance = l2.yzw * u_strip.y;\n"
+    "int place = int(u_lights[light * 4 + 3].x);\n"
     "int lens = ghost * LENS_TEXELS, settings = ghost * SETTINGS_TEXELS;\n"
     "vec4 h0 = lens_texel(lens), h1 = lens_texel(lens + 1), h2 = lens_texel(lens + 2);\n"
     "vec4 style0 = settings_texel(settings + 2 * SAMPLES), style1 = settings_texel(settings + 2 * SAMPLES + 1);\n"
     "gl_Position = vec4(2.0, 2.0, 0.0, 1.0);\n"
-    "if (u_strip.x > 0.0) irradiance *= texelFetch(u_visibility, ivec2(light, int(u_strip.y)), 0).rgb;\n"
+    "if (place < int(u_strip.x)) irradiance *= uintBitsToFloat(texelFetch(u_visibility, ivec2(place, 0), 0).r);\n"
     "float at = l1.y * style1.w * float(SAMPLES - 1);\n"
     "int j = int(min(at, float(SAMPLES - 2)));\n"
     "vec4 a1 = settings_texel(settings + 2 * j + 1), b1 = settings_texel(settings + 2 * j + 3), s1 = mix(a1, b1, at - float(j));\n"
@@ -3876,6 +4022,52 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "gl_Position = vec4(-(position + shift - u_half.zw) / u_half.xy, 0.0, 1.0);\n"
     "}\n"
     , NULL};
+static const char *const lflare__glsl_screen_vert[] = {
+    "out vec2 v_place;\n"
+    "void main()\n"
+    "{\n"
+    "v_place = vec2(float(gl_VertexID & 1) * 2.0, float(gl_VertexID >> 1) * 2.0);\n"
+    "gl_Position = vec4(2.0 * v_place - 1.0, 0.0, 1.0);\n"
+    "}\n"
+    , NULL};
+static const char *const lflare__glsl_strip_frag[] = {
+    "layout(std140) uniform lflare_strip {\n"
+    "vec4 u_clip[3];\n"
+    "vec4 u_region;\n"
+    "vec4 u_fade;\n"
+    "vec4 u_disc[240];\n"
+    "};\n"
+    "uniform highp sampler2D u_depth;\n"
+    "uniform highp usampler2D u_before;\n"
+    "out highp uint o_visibility;\n"
+    "const float TURN = 2.3075, START = 0.55;\n"
+    "float disc_open(vec4 disc)\n"
+    "{\n"
+    "vec2 from = u_region.xy, size = u_region.z > 0.0 ? u_region.zw : vec2(textureSize(u_depth, 0)), last = from + size - 1.0;\n"
+    "vec3 middle = normalize(vec3(disc.xy, -1.0)), across = normalize(cross(middle, vec3(0.0, 1.0, 0.0))), up = cross(across, middle);\n"
+    "float radius = max(disc.z, 2.0 / (size.y * length(u_clip[1].xyz))), open = 0.0;\n"
+    "mat3 turned = mat3(across, up, middle), place = transpose(mat3(u_clip[0].xyz, u_clip[1].xyz, u_clip[2].xyz)) * turned;\n"
+    "for (float i = START; i < u_fade.w; i += 4.0) {\n"
+    "vec4 at = vec4(i, i + 1.0, i + 2.0, i + 3.0), far = radius * sqrt(at / u_fade.w), depth;\n"
+    "vec4 x = far * cos(TURN * at), y = far * sin(TURN * at);\n"
+    "for (int k = 0; k < 4; k++) {\n"
+    "vec3 clip = place * vec3(x[k], y[k], 1.0);\n"
+    "vec2 texel = from + size * (0.5 + 0.5 * clip.xy / max(clip.z, 1e-3));\n"
+    "depth[k] = texelFetch(u_depth, ivec2(clamp(texel, from, last)), 0).r;\n"
+    "}\n"
+    "open += dot(step(0.0, (depth - disc.w) * u_fade.z), vec4(1.0));\n"
+    "}\n"
+    "return open / u_fade.w;\n"
+    "}\n"
+    "void main()\n"
+    "{\n"
+    "int light = int(gl_FragCoord.x);\n"
+    "float before = uintBitsToFloat(texelFetch(u_before, ivec2(light, 0), 0).r), now = 0.0;\n"
+    "vec4 disc = u_disc[light];\n"
+    "if (disc.z >= 0.0) now = disc_open(disc);\n"
+    "o_visibility = floatBitsToUint(before + (now - before) * (now > before ? u_fade.x : u_fade.y));\n"
+    "}\n"
+    , NULL};
 /* -- shaders end */
 
 static void lflare__gl_save(const lflare_gl *o, lflare__glstate *s)
@@ -3937,17 +4129,29 @@ static void lflare__gl_restore(const lflare_gl *o, const lflare__glstate *s)
 #undef LFLARE__GL_RESTORE
 }
 
-static lflare_result lflare__gl_shader(lflare_gl *o, lflare__glenum kind, int program, const char *const *body, const lflare_gl_desc *desc,
-                                       lflare_error *error, lflare__gluint *out)
+/* What the four programs are made of. */
+typedef struct lflare__gl_source {
+    const char *define, *const *shared, *const *vertex, *const *fragment, *block, *samplers[LFLARE__GL_UNITS];
+} lflare__gl_source;
+
+static const lflare__gl_source lflare__gl_sources[LFLARE__GL_PROGRAMS] = {
+    {"#define RIM\n", lflare__glsl_frame, lflare__glsl_ghost_vert, lflare__glsl_ghost_frag, "lflare_frame", {"u_lens_table", "u_settings_table", "u_visibility"}},
+    {"#define INSIDE\n", lflare__glsl_frame, lflare__glsl_ghost_vert, lflare__glsl_ghost_frag, "lflare_frame", {"u_lens_table", "u_settings_table", "u_visibility"}},
+    {"", NULL, lflare__glsl_screen_vert, lflare__glsl_strip_frag, "lflare_strip", {"u_depth", "u_before", NULL}},
+    {"", NULL, lflare__glsl_screen_vert, lflare__glsl_add_frag, NULL, {"u_half_picture", NULL, NULL}}};
+
+static lflare_result lflare__gl_shader(lflare_gl *o, lflare__glenum kind, const lflare__gl_source *source, const lflare_gl_desc *desc, lflare_error *error,
+                                       lflare__gluint *out)
 {
     static const char *const preludes[2] = {"#version 330 core\n", "#version 300 es\nprecision highp float;\nprecision highp int;\n"};
     const lflare__glapi *gl = &o->api;
+    const char *const *body = kind == 0x8B31 ? source->vertex : source->fragment;
     const char *pieces[24];
     lflare__glint done = 0;
     int count = 0, i;
     pieces[count++] = preludes[o->es];
-    pieces[count++] = program == 0 ? "#define RIM\n" : "#define INSIDE\n";
-    for (i = 0; lflare__glsl_frame[i] != NULL; i++) pieces[count++] = lflare__glsl_frame[i];
+    pieces[count++] = source->define;
+    for (i = 0; source->shared != NULL && source->shared[i] != NULL; i++) pieces[count++] = source->shared[i];
     for (i = 0; body[i] != NULL; i++) pieces[count++] = body[i];
     LFLARE_ASSERT(count <= 24);
     *out = gl->CreateShader(kind);
@@ -3959,16 +4163,15 @@ static lflare_result lflare__gl_shader(lflare_gl *o, lflare__glenum kind, int pr
     return lflare__fail(error, LFLARE_ERROR_GL, 0, 0, "the %s shader does not compile: see the log", kind == 0x8B31 ? "vertex" : "fragment");
 }
 
-/* Program 0 draws the rims of the ghosts, program 1 their insides. */
 static lflare_result lflare__gl_program(lflare_gl *o, int program, const lflare_gl_desc *desc, lflare_error *error)
 {
-    static const char *const samplers[LFLARE__GL_UNITS] = {"u_lens_table", "u_settings_table", "u_visibility"};
+    const lflare__gl_source *source = &lflare__gl_sources[program];
     const lflare__glapi *gl = &o->api;
     lflare__gluint vertex = 0, fragment = 0, linked;
     lflare__glint done = 0;
     int k;
-    lflare_result result = lflare__gl_shader(o, 0x8B31, program, lflare__glsl_ghost_vert, desc, error, &vertex);
-    if (result == LFLARE_OK) result = lflare__gl_shader(o, 0x8B30, program, lflare__glsl_ghost_frag, desc, error, &fragment);
+    lflare_result result = lflare__gl_shader(o, 0x8B31, source, desc, error, &vertex);
+    if (result == LFLARE_OK) result = lflare__gl_shader(o, 0x8B30, source, desc, error, &fragment);
     if (result == LFLARE_OK) {
         linked = o->programs[program] = gl->CreateProgram();
         gl->AttachShader(linked, vertex);
@@ -3981,8 +4184,8 @@ static lflare_result lflare__gl_program(lflare_gl *o, int program, const lflare_
             result = lflare__fail(error, LFLARE_ERROR_GL, 0, 0, "the shader program does not link: see the log");
         } else {
             gl->UseProgram(linked);
-            gl->UniformBlockBinding(linked, gl->GetUniformBlockIndex(linked, "lflare_frame"), 0);
-            for (k = 0; k < LFLARE__GL_UNITS; k++) gl->Uniform1i(gl->GetUniformLocation(linked, samplers[k]), k);
+            if (source->block != NULL) gl->UniformBlockBinding(linked, gl->GetUniformBlockIndex(linked, source->block), 0);
+            for (k = 0; k < LFLARE__GL_UNITS && source->samplers[k] != NULL; k++) gl->Uniform1i(gl->GetUniformLocation(linked, source->samplers[k]), k);
         }
     }
     if (vertex != 0) gl->DeleteShader(vertex);
@@ -4000,30 +4203,35 @@ static void lflare__gl_unpack(const lflare__glapi *gl)
     gl->PixelStorei(0x0CF4, 0);
 }
 
-static void lflare__gl_texture(const lflare__glapi *gl, lflare__gluint texture, int32_t width, int32_t height, const float *texels)
+/* Storage as GL names it: internal format, format, type. Never filtered. */
+typedef struct lflare__gl_format {
+    lflare__glint internal;
+    lflare__glenum format, type;
+} lflare__gl_format;
+
+static const lflare__gl_format lflare__gl_rgba32f = {0x8814, 0x1908, 0x1406}, lflare__gl_r32ui = {0x8236, 0x8D94, 0x1405},
+                               lflare__gl_rgba16f = {0x881A, 0x1908, 0x140B}, lflare__gl_rgb10_a2 = {0x8059, 0x1908, 0x8368};
+
+static void lflare__gl_texture(const lflare__glapi *gl, lflare__gluint texture, const lflare__gl_format *f, int32_t width, int32_t height, const void *texels)
 {
     gl->ActiveTexture(0x84C0);
     gl->BindTexture(0x0DE1, texture);
-    gl->TexImage2D(0x0DE1, 0, 0x8814, width, height, 0, 0x1908, 0x1406, texels); /* RGBA32F */
+    gl->TexImage2D(0x0DE1, 0, f->internal, width, height, 0, f->format, f->type, texels);
     gl->TexParameteri(0x0DE1, 0x2801, 0x2600); /* nearest */
     gl->TexParameteri(0x0DE1, 0x2800, 0x2600);
     gl->TexParameteri(0x0DE1, 0x2802, 0x812F); /* clamp to edge */
     gl->TexParameteri(0x0DE1, 0x2803, 0x812F);
 }
 
-static lflare_result lflare__gl_load(lflare_gl *o, const lflare_gl_desc *desc, lflare_error *error)
+/* Binds a framebuffer with a texture for its colour; 1 if it can be drawn to. */
+static int lflare__gl_target(const lflare__glapi *gl, lflare__gluint framebuffer, lflare__gluint texture)
 {
-    lflare_gl_function f;
-#define LFLARE__GL_LOAD(result, name, arguments)                                                              \
-    f = desc->load("gl" #name);                                                                               \
-    if (f == NULL) return lflare__fail(error, LFLARE_ERROR_GL, 0, 0, "the GL has no function gl%s", #name);   \
-    memcpy(&o->api.name, &f, sizeof f);
-    LFLARE__GL_FUNCTIONS(LFLARE__GL_LOAD)
-#undef LFLARE__GL_LOAD
-    return LFLARE_OK;
+    gl->BindFramebuffer(0x8CA9, framebuffer);
+    gl->FramebufferTexture2D(0x8CA9, 0x8CE0, 0x0DE1, texture, 0);
+    return gl->CheckFramebufferStatus(0x8CA9) == 0x8CD5;
 }
 
-/* "3.3.0 ..." or "OpenGL ES 3.2 ..." */
+/* "3.3.0 ..." or "OpenGL ES 3.2 ..." or, in a browser, "OpenGL ES 3.0 (WebGL 2.0 ...". */
 static lflare_result lflare__gl_version(lflare_gl *o, lflare_error *error)
 {
     const char *version = (const char *)o->api.GetString(0x1F02), *at = version;
@@ -4036,11 +4244,57 @@ static lflare_result lflare__gl_version(lflare_gl *o, lflare_error *error)
     return LFLARE_OK;
 }
 
+static lflare_result lflare__gl_load(lflare_gl *o, const lflare_gl_desc *desc, lflare_error *error)
+{
+    lflare_gl_function f = desc->load("glGetString");
+    lflare_result result;
+    if (f == NULL) return lflare__fail(error, LFLARE_ERROR_GL, 0, 0, "the GL has no function glGetString");
+    memcpy(&o->api.GetString, &f, sizeof f);
+    result = lflare__gl_version(o, error);
+    if (result != LFLARE_OK) return result;
+#define LFLARE__GL_LOAD(desktop, result, name, arguments)                                                                    \
+    f = desc->load("gl" #name);                                                                                              \
+    if (f == NULL && (!(desktop) || !o->es)) return lflare__fail(error, LFLARE_ERROR_GL, 0, 0, "the GL has no function gl%s", #name); \
+    memcpy(&o->api.name, &f, sizeof f);
+    LFLARE__GL_FUNCTIONS(LFLARE__GL_LOAD)
+#undef LFLARE__GL_LOAD
+    return LFLARE_OK;
+}
+
+/* Everything but the programs. */
+static lflare_result lflare__gl_objects(lflare_gl *o, lflare_error *error)
+{
+    static const uint32_t nothing[LFLARE_GL_MAX_LIGHTS] = {0};
+    const lflare__glapi *gl = &o->api;
+    int k, whole = 1;
+    o->enlarge = gl->GetUniformLocation(o->programs[LFLARE__GL_ADD], "u_enlarge");
+    gl->GenTextures(LFLARE__GL_TEXTURES, o->textures);
+    gl->GenFramebuffers(LFLARE__GL_FRAMEBUFFERS, o->framebuffers);
+    gl->GenBuffers(1, &o->instances);
+    gl->GenBuffers(1, &o->uniforms);
+    gl->GenVertexArrays(1, &o->vertex_array);
+    gl->GenSamplers(1, &o->sampler);
+    gl->SamplerParameteri(o->sampler, 0x2801, 0x2600); /* nearest, no comparison: whatever the depth texture itself says */
+    gl->SamplerParameteri(o->sampler, 0x2800, 0x2600);
+    gl->SamplerParameteri(o->sampler, 0x884C, 0);
+    lflare__gl_unpack(gl);
+    for (k = 0; k < 2 && whole; k++) {
+        lflare__gl_texture(gl, o->textures[LFLARE__GL_STRIP_A + k], &lflare__gl_r32ui, LFLARE_GL_MAX_LIGHTS, 1, nothing);
+        whole = lflare__gl_target(gl, o->framebuffers[LFLARE__GL_TO_STRIP_A + k], o->textures[LFLARE__GL_STRIP_A + k]);
+    }
+    gl->BindVertexArray(o->vertex_array);
+    gl->BindBuffer(0x8892, o->instances);
+    gl->EnableVertexAttribArray(0);
+    gl->VertexAttribIPointer(0, 4, 0x1403, sizeof(lflare_instance), NULL); /* unsigned short */
+    gl->VertexAttribDivisor(0, 1);
+    return whole ? LFLARE_OK : lflare__fail(error, LFLARE_ERROR_GL, 0, 0, "the GL cannot draw to a texture of R32UI");
+}
+
 LFLARE_API lflare_result lflare_gl_create(const lflare_gl_desc *desc, lflare_gl **out, lflare_error *error)
 {
-    static const float white[4] = {1, 1, 1, 1};
     lflare_realloc allocate;
     lflare__glstate state;
+    int program;
     lflare_result result;
     lflare_gl *o;
     if (error != NULL) memset(error, 0, sizeof *error);
@@ -4055,28 +4309,13 @@ LFLARE_API lflare_result lflare_gl_create(const lflare_gl_desc *desc, lflare_gl 
     o->user = desc->user;
     o->no_restore = desc->no_restore;
     result = lflare__gl_load(o, desc, error);
-    if (result == LFLARE_OK) result = lflare__gl_version(o, error);
     if (result != LFLARE_OK) {
         allocate(o->user, o, sizeof *o, 0);
         return result;
     }
     lflare__gl_save(o, &state); /* creating is rare: always restored */
-    result = lflare__gl_program(o, 0, desc, error);
-    if (result == LFLARE_OK) result = lflare__gl_program(o, 1, desc, error);
-    if (result == LFLARE_OK) {
-        const lflare__glapi *gl = &o->api;
-        gl->GenTextures(LFLARE__GL_UNITS, o->textures);
-        gl->GenBuffers(1, &o->instances);
-        gl->GenBuffers(1, &o->uniforms);
-        gl->GenVertexArrays(1, &o->vertex_array);
-        lflare__gl_unpack(gl);
-        lflare__gl_texture(gl, o->textures[2], 1, 1, white);
-        gl->BindVertexArray(o->vertex_array);
-        gl->BindBuffer(0x8892, o->instances);
-        gl->EnableVertexAttribArray(0);
-        gl->VertexAttribIPointer(0, 4, 0x1403, sizeof(lflare_instance), NULL); /* unsigned short */
-        gl->VertexAttribDivisor(0, 1);
-    }
+    for (program = 0; program < LFLARE__GL_PROGRAMS && result == LFLARE_OK; program++) result = lflare__gl_program(o, program, desc, error);
+    if (result == LFLARE_OK) result = lflare__gl_objects(o, error);
     lflare__gl_restore(o, &state);
     if (result != LFLARE_OK) {
         lflare_gl_destroy(o);
@@ -4096,9 +4335,11 @@ LFLARE_API void lflare_gl_destroy(lflare_gl *o)
     if (o == NULL) return;
     if (!o->forgotten) { /* names of 0 are ignored by GL */
         const lflare__glapi *gl = &o->api;
-        gl->DeleteProgram(o->programs[0]);
-        gl->DeleteProgram(o->programs[1]);
-        gl->DeleteTextures(LFLARE__GL_UNITS, o->textures);
+        int program;
+        for (program = 0; program < LFLARE__GL_PROGRAMS; program++) gl->DeleteProgram(o->programs[program]);
+        gl->DeleteTextures(LFLARE__GL_TEXTURES, o->textures);
+        gl->DeleteFramebuffers(LFLARE__GL_FRAMEBUFFERS, o->framebuffers);
+        gl->DeleteSamplers(1, &o->sampler);
         gl->DeleteBuffers(1, &o->instances);
         gl->DeleteBuffers(1, &o->uniforms);
         gl->DeleteVertexArrays(1, &o->vertex_array);
@@ -4121,7 +4362,7 @@ static lflare_result lflare__gl_upload_rows(lflare_gl *o, lflare__gluint texture
         at += first_floats + second_floats;
     }
     memset(at, 0, bytes - (size_t)ghosts * (size_t)texels * 4 * sizeof(float));
-    lflare__gl_texture(&o->api, texture, LFLARE__GL_ROW, (int32_t)lines, block);
+    lflare__gl_texture(&o->api, texture, &lflare__gl_rgba32f, LFLARE__GL_ROW, (int32_t)lines, block);
     o->allocate(o->user, block, bytes, 0);
     return LFLARE_OK;
 }
@@ -4129,27 +4370,33 @@ static lflare_result lflare__gl_upload_rows(lflare_gl *o, lflare__gluint texture
 /* Whatever changed since the last draw. */
 static lflare_result lflare__gl_upload(lflare_gl *o, const lflare_tables *t)
 {
-    lflare_result result = LFLARE_OK;
-    int lens = o->lens_rows != t->head || o->lens_revision != t->lens_revision, settings = o->settings_rows != t->field || o->settings_revision != t->settings_revision;
+    lflare_result result;
+    int lens = !(o->uploaded & 1) || o->lens_hash != t->lens_hash, settings = !(o->uploaded & 2) || o->settings_hash != t->settings_hash;
     if (!lens && !settings) return LFLARE_OK;
     lflare__gl_unpack(&o->api);
-    if (lens)
-        result = lflare__gl_upload_rows(o, o->textures[0], t->ghost_count, LFLARE__GL_LENS_TEXELS, t->head, LFLARE_HEAD_FLOATS, t->rims,
+    if (lens) {
+        o->uploaded &= ~1;
+        result = lflare__gl_upload_rows(o, o->textures[LFLARE__GL_LENS], t->ghost_count, LFLARE__GL_LENS_TEXELS, t->head, LFLARE_HEAD_FLOATS, t->rims,
                                         LFLARE_MAX_RIMS * LFLARE_RIM_FLOATS);
-    if (result == LFLARE_OK)
-        result = lflare__gl_upload_rows(o, o->textures[1], t->ghost_count, LFLARE__GL_SETTINGS_TEXELS, t->field, LFLARE_FIELD_SAMPLES * LFLARE_FIELD_FLOATS,
-                                        t->style, LFLARE_STYLE_FLOATS);
-    if (result != LFLARE_OK) return result;
-    o->lens_rows = t->head;
-    o->settings_rows = t->field;
-    o->lens_revision = t->lens_revision;
-    o->settings_revision = t->settings_revision;
+        if (result != LFLARE_OK) return result;
+        o->lens_hash = t->lens_hash;
+        o->uploaded |= 1;
+    }
+    if (settings) {
+        o->uploaded &= ~2;
+        result = lflare__gl_upload_rows(o, o->textures[LFLARE__GL_SETTINGS], t->ghost_count, LFLARE__GL_SETTINGS_TEXELS, t->field,
+                                        LFLARE_FIELD_SAMPLES * LFLARE_FIELD_FLOATS, t->style, LFLARE_STYLE_FLOATS);
+        if (result != LFLARE_OK) return result;
+        o->settings_hash = t->settings_hash;
+        o->uploaded |= 2;
+    }
     return LFLARE_OK;
 }
 
 /* The uniform block of a frame; returns its bytes in use. */
-static ptrdiff_t lflare__gl_fill_frame(lflare__gl_frame *u, const lflare_tables *t, const lflare_frame_data *f)
+static size_t lflare__gl_fill_frame(lflare_gl *o, const lflare_tables *t, const lflare_frame_data *f)
 {
+    lflare__gl_frame *u = &o->block.frame;
     int32_t k;
     memset(u, 0, offsetof(lflare__gl_frame, lights));
     u->half[0] = f->half_width;
@@ -4162,59 +4409,260 @@ static ptrdiff_t lflare__gl_fill_frame(lflare__gl_frame *u, const lflare_tables 
     u->lens[3] = t->iris.radius;
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) u->spectrum[k] = t->wavelengths[k] * 1e-6f;
     u->spectrum[3] = (float)t->iris.blade_count;
+    u->strip[0] = (float)o->strip_lights;
+    u->strip[1] = 1;
     memcpy(u->blades, t->iris.blades, sizeof u->blades);
     memcpy(u->lights, f->lights, sizeof(lflare_frame_light) * (size_t)f->light_count);
-    return (ptrdiff_t)(offsetof(lflare__gl_frame, lights) + sizeof(lflare_frame_light) * (size_t)f->light_count);
+    for (k = 0; k < f->light_count; k++) { /* an integer's bits may not survive as a float */
+        float source = (float)f->lights[k].source;
+        memcpy(&u->lights[k].source, &source, sizeof source);
+    }
+    return offsetof(lflare__gl_frame, lights) + sizeof(lflare_frame_light) * (size_t)f->light_count;
 }
 
+/* The first `bytes` of the block, to the shaders: a fresh buffer, never waits for the last frame's. */
+static void lflare__gl_send_block(const lflare_gl *o, size_t bytes)
+{
+    const lflare__glapi *gl = &o->api;
+    gl->BindBufferBase(0x8A11, 0, o->uniforms);
+    gl->BufferData(0x8A11, (ptrdiff_t)sizeof o->block, NULL, 0x88E0);
+    gl->BufferSubData(0x8A11, 0, (ptrdiff_t)bytes, &o->block);
+}
+
+static void lflare__gl_bind_texture(const lflare__glapi *gl, lflare__gluint unit, lflare__gluint texture, lflare__gluint sampler)
+{
+    gl->ActiveTexture(0x84C0 + unit);
+    gl->BindTexture(0x0DE1, texture);
+    gl->BindSampler(unit, sampler);
+}
+
+/* What every pass needs. */
 static void lflare__gl_set_state(const lflare_gl *o)
 {
     const lflare__glapi *gl = &o->api;
-    int32_t k;
 #define LFLARE__GL_SET(name, desktop, need, text) \
     if (!(desktop) || !o->es) {                   \
-        if (need) gl->Enable(name);               \
-        else gl->Disable(name);                   \
+        if ((need) == 1) gl->Enable(name);        \
+        else if ((need) == 0) gl->Disable(name);  \
     }
     LFLARE__GL_CAPABILITIES(LFLARE__GL_SET)
 #undef LFLARE__GL_SET
+    if (!o->es) gl->PolygonMode(0x0408, 0x1B02);
     gl->ColorMask(1, 1, 1, 0); /* light is added, alpha stays */
     gl->BlendFuncSeparate(1, 1, 0, 1);
     gl->BlendEquationSeparate(0x8006, 0x8006);
     gl->BindVertexArray(o->vertex_array);
-    for (k = 0; k < LFLARE__GL_UNITS; k++) {
-        gl->ActiveTexture(0x84C0 + (lflare__glenum)k);
-        gl->BindTexture(0x0DE1, o->textures[k]);
-        gl->BindSampler((lflare__gluint)k, 0);
-    }
+}
+
+/* A pass into a texture of our own: all of it. */
+static void lflare__gl_own_viewport(const lflare__glapi *gl, int32_t width, int32_t height)
+{
+    gl->Viewport(0, 0, width, height);
+    gl->Disable(0x0C11); /* scissor test */
+}
+
+/* The block is filled, the target bound: both draws. */
+static void lflare__gl_ghosts(lflare_gl *o, const lflare_frame_data *f, size_t bytes)
+{
+    const lflare__glapi *gl = &o->api;
+    lflare__gl_send_block(o, bytes);
+    lflare__gl_bind_texture(gl, 0, o->textures[LFLARE__GL_LENS], 0);
+    lflare__gl_bind_texture(gl, 1, o->textures[LFLARE__GL_SETTINGS], 0);
+    lflare__gl_bind_texture(gl, 2, o->textures[LFLARE__GL_STRIP_A + o->strip_now], 0);
+    gl->BindBuffer(0x8892, o->instances);
+    gl->BufferData(0x8892, (ptrdiff_t)sizeof(lflare_instance) * f->instance_count, f->instances, 0x88E0);
+    gl->UseProgram(o->programs[LFLARE__GL_FILL]);
+    gl->DrawArraysInstanced(0x0005, 0, LFLARE__GL_INSIDE, f->instance_count); /* triangle strips */
+    gl->UseProgram(o->programs[LFLARE__GL_RIM]);
+    gl->DrawArraysInstanced(0x0005, 0, LFLARE__GL_RING, f->instance_count);
 }
 
 LFLARE_API lflare_result lflare_gl_draw(lflare_gl *o, const lflare_tables *t, const lflare_frame_data *f)
 {
     lflare__glstate state;
     lflare_result result;
-    const lflare__glapi *gl;
     if (o == NULL || t == NULL || f == NULL || o->forgotten) return LFLARE_ERROR_ARGUMENT;
     if (f->light_count > LFLARE_GL_MAX_LIGHTS) return LFLARE_ERROR_LIMIT;
     if (f->instance_count == 0) return LFLARE_OK;
-    gl = &o->api;
     if (!o->no_restore) lflare__gl_save(o, &state);
     result = lflare__gl_upload(o, t);
     if (result == LFLARE_OK) {
-        ptrdiff_t bytes = lflare__gl_fill_frame(&o->frame, t, f);
         lflare__gl_set_state(o);
-        gl->BindBufferBase(0x8A11, 0, o->uniforms);
-        gl->BufferData(0x8A11, (ptrdiff_t)sizeof o->frame, NULL, 0x88E0); /* a fresh block, never waits for the last frame's */
-        gl->BufferSubData(0x8A11, 0, bytes, &o->frame);
-        gl->BindBuffer(0x8892, o->instances);
-        gl->BufferData(0x8892, (ptrdiff_t)sizeof(lflare_instance) * f->instance_count, f->instances, 0x88E0);
-        gl->UseProgram(o->programs[1]);
-        gl->DrawArraysInstanced(0x0005, 0, LFLARE__GL_INSIDE, f->instance_count); /* triangle strips */
-        gl->UseProgram(o->programs[0]);
-        gl->DrawArraysInstanced(0x0005, 0, LFLARE__GL_RING, f->instance_count);
+        lflare__gl_ghosts(o, f, lflare__gl_fill_frame(o, t, f));
     }
     if (!o->no_restore) lflare__gl_restore(o, &state);
     return result;
+}
+
+/* The picture that draw_half draws into, bound; made anew when its size changes. */
+static lflare_result lflare__gl_half_target(lflare_gl *o, int32_t width, int32_t height)
+{
+    const lflare__glapi *gl = &o->api;
+    lflare__gluint texture = o->textures[LFLARE__GL_HALF], framebuffer = o->framebuffers[LFLARE__GL_TO_HALF];
+    int32_t w = (width + 1) / 2, h = (height + 1) / 2;
+    if (width == o->full_width && height == o->full_height) {
+        gl->BindFramebuffer(0x8CA9, framebuffer);
+        return LFLARE_OK;
+    }
+    o->full_width = 0;
+    lflare__gl_unpack(gl);
+    if (!o->coarse) {
+        lflare__gl_texture(gl, texture, &lflare__gl_rgba16f, w, h, NULL);
+        o->coarse = !lflare__gl_target(gl, framebuffer, texture);
+    }
+    if (o->coarse) {
+        lflare__gl_texture(gl, texture, &lflare__gl_rgb10_a2, w, h, NULL);
+        if (!lflare__gl_target(gl, framebuffer, texture)) return LFLARE_ERROR_GL;
+    }
+    o->full_width = width;
+    o->full_height = height;
+    return LFLARE_OK;
+}
+
+/* Half floats end at 65504 and 6e-8: a power of two brings the strongest light's flare to where normalised exposure has it. */
+static float lflare__gl_half_gain(const lflare_tables *t, const lflare_frame_data *f)
+{
+    float strongest = 0, mean = 0;
+    int32_t i;
+    for (i = 0; i < f->light_count; i++)
+        strongest = lflare__maxf(strongest, lflare__maxf(f->lights[i].irradiance[0], lflare__maxf(f->lights[i].irradiance[1], f->lights[i].irradiance[2])));
+    for (i = 0; i < t->ghost_count; i++) mean += t->rank[2 * i + 1];
+    strongest *= mean / LFLARE_NORMAL_MEAN;
+    return strongest > 1e-30f && strongest < 1e30f ? ldexpf(1, -ilogbf(strongest)) : 1;
+}
+
+/* The same frame, seen by a target of half its pixels, rounded up: an odd pixel at the right and top falls outside the frame. */
+static void lflare__gl_halve(lflare_gl *o, const lflare_tables *t, const lflare_frame_data *f)
+{
+    lflare__gl_frame *u = &o->block.frame;
+    const int32_t size[2] = {f->width, f->height};
+    int k;
+    for (k = 0; k < 2; k++) {
+        float share = (float)size[k] / (float)(size[k] + (size[k] & 1)), half = u->half[k] / share;
+        u->half[2 + k] += (share - 1) * half;
+        u->half[k] = half;
+    }
+    u->lens[0] *= 2;
+    o->half_gain = u->strip[1] = o->coarse ? 1 : lflare__gl_half_gain(t, f);
+}
+
+LFLARE_API lflare_result lflare_gl_draw_half(lflare_gl *o, const lflare_tables *t, const lflare_frame_data *f)
+{
+    static const float black[4] = {0, 0, 0, 0};
+    lflare__glstate state;
+    lflare_result result;
+    if (o == NULL || t == NULL || f == NULL || o->forgotten || f->width < 1 || f->height < 1) return LFLARE_ERROR_ARGUMENT;
+    if (f->light_count > LFLARE_GL_MAX_LIGHTS) return LFLARE_ERROR_LIMIT;
+    if (!o->no_restore) lflare__gl_save(o, &state);
+    result = lflare__gl_upload(o, t);
+    if (result == LFLARE_OK) result = lflare__gl_half_target(o, f->width, f->height);
+    if (result == LFLARE_OK) {
+        size_t bytes = lflare__gl_fill_frame(o, t, f);
+        lflare__gl_halve(o, t, f);
+        lflare__gl_set_state(o);
+        lflare__gl_own_viewport(&o->api, (f->width + 1) / 2, (f->height + 1) / 2);
+        o->api.ClearBufferfv(0x1800, 0, black); /* colour */
+        if (f->instance_count > 0) lflare__gl_ghosts(o, f, bytes);
+    }
+    if (!o->no_restore) lflare__gl_restore(o, &state);
+    return result;
+}
+
+LFLARE_API lflare_result lflare_gl_add_half(lflare_gl *o)
+{
+    const lflare__glapi *gl;
+    lflare__glstate state;
+    if (o == NULL || o->forgotten || o->full_width == 0) return LFLARE_ERROR_ARGUMENT;
+    gl = &o->api;
+    if (!o->no_restore) lflare__gl_save(o, &state);
+    lflare__gl_set_state(o);
+    lflare__gl_bind_texture(gl, 0, o->textures[LFLARE__GL_HALF], 0);
+    gl->UseProgram(o->programs[LFLARE__GL_ADD]);
+    gl->Uniform3f(o->enlarge, 0.5f * (float)o->full_width, 0.5f * (float)o->full_height, 1 / o->half_gain);
+    gl->DrawArraysInstanced(0x0004, 0, 3, 1);
+    if (!o->no_restore) lflare__gl_restore(o, &state);
+    return LFLARE_OK;
+}
+
+/* Window depth of what is `distance` away, 0 = infinitely far. */
+static float lflare__gl_depth_of(const lflare_gl_depth *d, float distance)
+{
+    const float *p = d->projection;
+    float ndc = distance > 0 ? (p[14] - p[10] * distance) / (p[15] - p[11] * distance) : p[10] / p[11], to = d->depth_range[1];
+    if (d->depth_range[0] == 0 && to == 0) to = 1;
+    ndc = lflare__minf(lflare__maxf(ndc, d->zero_to_one ? 0 : -1), 1);
+    return d->depth_range[0] + (to - d->depth_range[0]) * (d->zero_to_one ? ndc : 0.5f * ndc + 0.5f);
+}
+
+static int lflare__valid_depth(const lflare_gl_depth *d)
+{
+    float sum = d->depth_range[0] + d->depth_range[1] + d->sky_distance + d->bias + d->dt + d->attack + d->release;
+    int k;
+    for (k = 0; k < 16; k++) sum += d->projection[k];
+    return lflare__finite((double)sum) && d->projection[11] < 0 && d->projection[14] != 0 && d->region[2] >= 0 && d->region[3] >= 0 && d->sky_distance >= 0 &&
+           d->samples >= 0 && d->samples <= 1024;
+}
+
+/* The occlusion pass's uniform block; returns its bytes in use. */
+static size_t lflare__gl_fill_strip(lflare_gl *o, const lflare_light *lights, int32_t count, const lflare_gl_depth *d)
+{
+    lflare__gl_strip *u = &o->block.strip;
+    int fresh = d->reset || !o->strip_started;
+    float direction = d->depth_range[1] < d->depth_range[0] ? -1.0f : 1.0f;
+    int32_t i, k;
+    memset(u, 0, offsetof(lflare__gl_strip, disc));
+    for (k = 0; k < 3; k++) {
+        u->clip[0][k] = d->projection[4 * k];
+        u->clip[1][k] = d->projection[4 * k + 1];
+        u->clip[2][k] = d->projection[4 * k + 3];
+    }
+    for (k = 0; k < 4; k++) u->region[k] = (float)d->region[k];
+    u->fade[0] = lflare_fade(0, 1, d->dt, fresh ? 0 : d->attack, 0);
+    u->fade[1] = 1 - lflare_fade(1, 0, d->dt, 0, fresh ? 0 : d->release);
+    u->fade[2] = d->projection[14] < 0 ? direction : -direction; /* reverse-Z: depth falls with distance */
+    u->fade[3] = (float)(d->samples > 0 ? (d->samples + 3) / 4 * 4 : 256);
+    for (i = 0; i < count; i++) {
+        const lflare_light *l = &lights[i];
+        float x = -l->direction[0] / l->direction[2], y = -l->direction[1] / l->direction[2];
+        int in_front = l->direction[2] < 0 && x * x + y * y < 3600;
+        float distance = l->distance > 0 ? lflare__maxf(l->distance / sqrtf(1 + x * x + y * y) - d->bias, 1e-6f * l->distance) : d->sky_distance;
+        u->disc[i][0] = in_front ? x : 0;
+        u->disc[i][1] = in_front ? y : 0;
+        u->disc[i][2] = in_front ? tanf(l->angular_radius) : -1;
+        u->disc[i][3] = in_front ? lflare__gl_depth_of(d, distance) : 0;
+    }
+    return offsetof(lflare__gl_strip, disc) + sizeof u->disc[0] * (size_t)count;
+}
+
+LFLARE_API lflare_result lflare_gl_occlusion(lflare_gl *o, const lflare_light *lights, int32_t count, const lflare_gl_depth *d)
+{
+    const lflare__glapi *gl;
+    lflare__glstate state;
+    int32_t i;
+    if (o == NULL || o->forgotten || count < 0 || (count > 0 && lights == NULL)) return LFLARE_ERROR_ARGUMENT;
+    if (d == NULL) {
+        o->strip_lights = o->strip_started = 0;
+        return LFLARE_OK;
+    }
+    if (!lflare__valid_depth(d)) return LFLARE_ERROR_ARGUMENT;
+    for (i = 0; i < count; i++)
+        if (!lflare__valid_light(&lights[i])) return LFLARE_ERROR_ARGUMENT;
+    if (count > LFLARE_GL_MAX_LIGHTS) return LFLARE_ERROR_LIMIT;
+    gl = &o->api;
+    if (!o->no_restore) lflare__gl_save(o, &state);
+    lflare__gl_send_block(o, lflare__gl_fill_strip(o, lights, count, d));
+    lflare__gl_set_state(o);
+    lflare__gl_bind_texture(gl, 0, d->texture, o->sampler);
+    lflare__gl_bind_texture(gl, 1, o->textures[LFLARE__GL_STRIP_A + o->strip_now], 0);
+    o->strip_now = !o->strip_now;
+    gl->BindFramebuffer(0x8CA9, o->framebuffers[LFLARE__GL_TO_STRIP_A + o->strip_now]);
+    lflare__gl_own_viewport(gl, count, 1);
+    gl->UseProgram(o->programs[LFLARE__GL_STRIP]);
+    gl->DrawArraysInstanced(0x0004, 0, 3, 1);
+    o->strip_lights = count;
+    o->strip_started = 1;
+    if (!o->no_restore) lflare__gl_restore(o, &state);
+    return LFLARE_OK;
 }
 
 #endif /* LFLARE_NO_GL */
@@ -4277,7 +4725,6 @@ static lflare_result lflare__create_tables(lflare *o, int32_t max_lights, lflare
     o->frame.light_capacity = max_lights;
     o->frame.instances = (lflare_instance *)(void *)((char *)o->frame_memory + lights * sizeof(lflare_frame_light));
     o->frame.instance_capacity = (int32_t)(lights * ghosts);
-    o->tables[1].lens_revision = 1; /* both share the lens part */
     return lflare_tables_prepare(&o->lens, &o->tables[0], 0, o->lens.ghost_count);
 }
 

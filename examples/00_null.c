@@ -11,7 +11,7 @@ int main(int argc, char **argv)
     const char *path = argc > 1 ? argv[1] : default_lens;
     lflare_desc desc = {0};
     lflare_view view = {0};
-    lflare_light sun = {{0.15f, 0.08f, -1.0f}, {1, 1, 1}, {0}, 0.00465f, 0};
+    lflare_light sun = {{0.15f, 0.08f, -1.0f}, {1, 1, 1}, {0}, 0.00465f, 0, 0};
     const lflare_tables *tables;
     const lflare_frame_data *frame;
     lflare_error error;

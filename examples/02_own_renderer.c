@@ -93,7 +93,7 @@ int main(int argc, char **argv)
     static float ours[4 * W * H], theirs[4 * W * H];
     lflare_desc desc = {0};
     lflare_view view = {0};
-    lflare_light sun = {{0.15f, 0.06f, -1.0f}, {1, 1, 1}, {0}, 0.00465f, 0};
+    lflare_light sun = {{0.15f, 0.06f, -1.0f}, {1, 1, 1}, {0}, 0.00465f, 0, 0};
     lflare_image image = {theirs, W, H, 0, 0};
     const lflare_frame_data *frame;
     lflare_error error;

@@ -3,7 +3,7 @@
    fragment is one constant. No vertices are read: gl_VertexID, in strip order, says which. */
 uniform highp sampler2D u_lens_table;     /* per ghost: head, rims */
 uniform highp sampler2D u_settings_table; /* per ghost: field samples, style */
-uniform highp sampler2D u_visibility;     /* one texel a light */
+uniform highp usampler2D u_visibility;    /* one texel a light, the bits of a float */
 
 in uvec4 a_instance; /* ghost, light, patch, band */
 
@@ -125,12 +125,13 @@ void main()
     int ghost = int(a_instance.x), light = int(a_instance.y), i;
     vec4 l0 = u_lights[light * 4], l1 = u_lights[light * 4 + 1], l2 = u_lights[light * 4 + 2];
     vec2 slope = l0.xy, axis = l0.zw;
-    vec3 irradiance = l2.yzw;
+    vec3 irradiance = l2.yzw * u_strip.y;
+    int place = int(u_lights[light * 4 + 3].x);
     int lens = ghost * LENS_TEXELS, settings = ghost * SETTINGS_TEXELS;
     vec4 h0 = lens_texel(lens), h1 = lens_texel(lens + 1), h2 = lens_texel(lens + 2);
     vec4 style0 = settings_texel(settings + 2 * SAMPLES), style1 = settings_texel(settings + 2 * SAMPLES + 1);
     gl_Position = vec4(2.0, 2.0, 0.0, 1.0);
-    if (u_strip.x > 0.0) irradiance *= texelFetch(u_visibility, ivec2(light, int(u_strip.y)), 0).rgb;
+    if (place < int(u_strip.x)) irradiance *= uintBitsToFloat(texelFetch(u_visibility, ivec2(place, 0), 0).r);
 
     /* the field row at the light's angle */
     float at = l1.y * style1.w * float(SAMPLES - 1);

@@ -85,7 +85,8 @@ $heads
 
 # size
 off="-DLFLARE_NO_STDIO -DLFLARE_NO_DIFFRACTION -DLFLARE_NO_TRACE -DLFLARE_NO_SOFTWARE -DLFLARE_NO_GL"
-gcc -std=c99 -I. -O2 $off -c "$B/impl.c" -o "$B/small.o" 2>"$B/log"
+# (code and constants; tables for unwinding the stack are not code)
+gcc -std=c99 -I. -O2 -fno-asynchronous-unwind-tables $off -c "$B/impl.c" -o "$B/small.o" 2>"$B/log"
 text=$(size "$B/small.o" | awk 'NR == 2 {print $1}')
 whole=$(size "$B/impl.o" | awk 'NR == 2 {print $1}')
 echo "text $text bytes" >>"$B/log"
@@ -160,13 +161,23 @@ else
     skip "32 bits: gcc-multilib is missing"
 fi
 
-# sanitisers: the tests, where numbers out of a converted range count too. ALL=1 runs those of the picture too, which are slow
+# sanitisers: the tests, where numbers out of a converted range count too. ALL=1 runs those of the picture too, which are slow.
+# A GL driver leaks on its own account, from modules that are unloaded by then and so cannot be suppressed by name: in test_gl
+# a leak counts where our code stands in its stack.
+S="-std=c99 -g -O1 -fsanitize=address,undefined,float-cast-overflow -fno-sanitize-recover=all -I. -Itests"
 for t in tests/test_*.c; do
-    name=$(basename "$t" .c)
-    case "$name" in test_text | test_failure) ;; *) [ "${ALL:-}" ] || continue ;; esac
+    name=$(basename "$t" .c) libs= leaks=1
+    case "$name" in
+    test_text | test_failure) ;;
+    test_gl)
+        [ -x "build/$name" ] || { skip "$name with sanitisers: it could not be built"; continue; }
+        libs="-lEGL -lGL" leaks=0
+        ;;
+    *) [ "${ALL:-}" ] || continue ;;
+    esac
     rm -f "$B/log2"
-    if gcc -std=c99 -g -O1 -fsanitize=address,undefined,float-cast-overflow -fno-sanitize-recover=all -I. -Itests "$t" -o "$B/san_$name" -lcmocka -lm >"$B/log" 2>&1 &&
-        "$B/san_$name" >"$B/log" 2>&1; then ok "$name with sanitisers"; else
-        grep -E 'runtime error|ERROR: AddressSanitizer|LeakSanitizer|FAILED|rror' "$B/log" >"$B/log2"; mv "$B/log2" "$B/log"; bad "$name with sanitisers"; fi
+    if gcc $S "$t" -o "$B/san_$name" -lcmocka $libs -lm >"$B/log" 2>&1 && LSAN_OPTIONS=exitcode=$((23 * leaks)) "$B/san_$name" >"$B/log" 2>&1 &&
+        ! sed -n '/LeakSanitizer/,$p' "$B/log" | grep -E 'lensflare\.h|tests/' >"$B/log2"; then ok "$name with sanitisers"; else
+        grep -E 'runtime error|ERROR: AddressSanitizer|LeakSanitizer|FAILED|rror' "$B/log" >>"$B/log2"; mv "$B/log2" "$B/log"; bad "$name with sanitisers"; fi
 done
 echo "1..$n"

@@ -11,24 +11,29 @@ shaders_embedded/embed.sh lensflare.h >"$dir/lensflare.h"
 cmp -s "$dir/lensflare.h" lensflare.h
 result $? "lensflare.h holds the shaders of shaders_embedded (else: make shaders)"
 for version in "330 core" "300 es"; do
-    for program in RIM INSIDE; do
-        for stage in vert frag; do
+    while read -r define vertex fragment shared; do
+        for stage in $vertex.vert $fragment.frag; do
             {
                 echo "#version $version"
                 [ "$version" = "300 es" ] && printf 'precision highp float;\nprecision highp int;\n'
-                echo "#define $program"
-                cat shaders_embedded/frame.glsl "shaders_embedded/ghost.$stage.glsl"
-            } >"$dir/ghost.$stage"
+                echo "#define $define"
+                cat $shared "shaders_embedded/$stage.glsl"
+            } >"$dir/$stage"
             if command -v glslangValidator >/dev/null; then
-                glslangValidator -S $stage "$dir/ghost.$stage" >"$dir/log" 2>&1
+                glslangValidator -S "${stage##*.}" "$dir/$stage" >"$dir/log" 2>&1 </dev/null
                 status=$?
                 [ $status = 0 ] || sed 's/^/# /' "$dir/log"
-                result $status "glslangValidator: $version, $program, $stage"
+                result $status "glslangValidator: $version, $define, $stage"
             else
                 n=$((n + 1))
-                echo "ok $n # SKIP glslangValidator is not here: $version, $program, $stage"
+                echo "ok $n # SKIP glslangValidator is not here: $version, $define, $stage"
             fi
         done
-    done
+    done <<PROGRAMS
+RIM ghost ghost shaders_embedded/frame.glsl
+INSIDE ghost ghost shaders_embedded/frame.glsl
+STRIP screen strip
+ADD screen add
+PROGRAMS
 done
 echo "1..$n"

@@ -61,7 +61,7 @@ static const char heliar[] = "lensflare 1\nname Heliar\nfnumber 3.5\nsensor 36 2
 
 enum { W = 64, H = 48 };
 
-static const lflare_light sun = {{0.17f, 0.09f, -1}, {1, 0.9f, 0.8f}, {0, 0, 0}, 0.00465f, 0};
+static const lflare_light sun = {{0.17f, 0.09f, -1}, {1, 0.9f, 0.8f}, {0, 0, 0}, 0.00465f, 0, 0};
 
 static lflare_view a_view(void)
 {

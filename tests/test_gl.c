@@ -12,7 +12,7 @@
 #include <GL/glext.h>
 #include "gl_context.h"
 
-enum { W = 640, H = 360 };
+enum { W = 1280, H = 720 };
 
 static gl_context context;
 static GLuint target, framebuffer;
@@ -21,7 +21,7 @@ static char log_text[4096];
 /* ---- loaders ---- */
 
 static const char *missing;  /* not found by the loader */
-static int broken_shaders, draws, asks, waits;
+static int broken_shaders, no_half_float, draws, asks, waits;
 
 static void count_draw(GLenum mode, GLint first, GLsizei count, GLsizei instances)
 {
@@ -50,6 +50,14 @@ static void break_source(GLuint shader, GLsizei count, const char *const *pieces
     glShaderSource(shader, 1, (const GLchar *const *)&nonsense, NULL);
 }
 
+/* As on ES 3.0 without an extension: half floats cannot be drawn to. */
+static GLenum refuse_half_float(GLenum where)
+{
+    GLint type = 0;
+    glGetFramebufferAttachmentParameteriv(where, GL_COLOR_ATTACHMENT0, GL_FRAMEBUFFER_ATTACHMENT_COMPONENT_TYPE, &type);
+    return type == GL_FLOAT ? GL_FRAMEBUFFER_UNSUPPORTED : glCheckFramebufferStatus(where);
+}
+
 /* GL objects made and not yet deleted. */
 static int live;
 
@@ -64,6 +72,8 @@ static int live;
 COUNTED(Textures)
 COUNTED(Buffers)
 COUNTED(VertexArrays)
+COUNTED(Framebuffers)
+COUNTED(Samplers)
 
 static GLuint create_program(void) { live++; return glCreateProgram(); }
 static GLuint create_shader(GLenum kind) { live++; return glCreateShader(kind); }
@@ -77,6 +87,8 @@ static lflare_gl_function counted(const char *name)
         lflare_gl_function function;
     } all[] = {{"glGenTextures", (lflare_gl_function)gen_Textures}, {"glDeleteTextures", (lflare_gl_function)delete_Textures},
                {"glGenBuffers", (lflare_gl_function)gen_Buffers}, {"glDeleteBuffers", (lflare_gl_function)delete_Buffers},
+               {"glGenFramebuffers", (lflare_gl_function)gen_Framebuffers}, {"glDeleteFramebuffers", (lflare_gl_function)delete_Framebuffers},
+               {"glGenSamplers", (lflare_gl_function)gen_Samplers}, {"glDeleteSamplers", (lflare_gl_function)delete_Samplers},
                {"glGenVertexArrays", (lflare_gl_function)gen_VertexArrays}, {"glDeleteVertexArrays", (lflare_gl_function)delete_VertexArrays},
                {"glCreateProgram", (lflare_gl_function)create_program}, {"glDeleteProgram", (lflare_gl_function)delete_program},
                {"glCreateShader", (lflare_gl_function)create_shader}, {"glDeleteShader", (lflare_gl_function)delete_shader}};
@@ -93,6 +105,7 @@ static lflare_gl_function load(const char *name)
     if (strcmp(name, "glDrawArraysInstanced") == 0) return (lflare_gl_function)count_draw;
     if (strcmp(name, "glGetIntegerv") == 0) return (lflare_gl_function)count_get;
     if (strcmp(name, "glIsEnabled") == 0) return (lflare_gl_function)count_enabled;
+    if (strcmp(name, "glCheckFramebufferStatus") == 0 && no_half_float) return (lflare_gl_function)refuse_half_float;
     if (strcmp(name, "glShaderSource") == 0 && broken_shaders) return (lflare_gl_function)break_source;
     if (strcmp(name, "glReadPixels") == 0 || strcmp(name, "glFinish") == 0 || strcmp(name, "glFenceSync") == 0) waits++;
     return (lflare_gl_function)eglGetProcAddress(name);
@@ -155,15 +168,15 @@ static lflare *open_lens(const char *path, double fnumber, int blades)
     return flare;
 }
 
-static void one_frame(lflare *flare, float degrees, float radius, int lights)
+static void one_frame_of(lflare *flare, float degrees, float radius, int lights, int width, int height)
 {
     lflare_view view;
     lflare_light light[4];
     int i;
     memset(&view, 0, sizeof view);
     memset(light, 0, sizeof light);
-    view.width = W;
-    view.height = H;
+    view.width = width;
+    view.height = height;
     for (i = 0; i < lights; i++) {
         light[i].direction[0] = tanf((degrees + (float)i) * 0.0174533f);
         light[i].direction[1] = 0.4f * light[i].direction[0];
@@ -173,6 +186,8 @@ static void one_frame(lflare *flare, float degrees, float radius, int lights)
     }
     assert_int_equal(lflare_frame(flare, &view, light, lights), LFLARE_OK);
 }
+
+static void one_frame(lflare *flare, float degrees, float radius, int lights) { one_frame_of(flare, degrees, radius, lights, W, H); }
 
 static int by_value(const void *a, const void *b)
 {
@@ -277,73 +292,636 @@ static void calls(void **state)
     gl_context_close(&context);
 }
 
-/* Sets everything on the list to something unusual, draws, and compares every value. */
+/* Everything on the list set to something unusual. */
+typedef struct hostile {
+    GLuint textures[3], samplers[3], buffers[4], array, program, framebuffer, attached;
+} hostile;
+
+static void make_hostile(hostile *h, const lflare_gl *gl)
+{
+    int k;
+    glGenTextures(3, h->textures);
+    glGenSamplers(3, h->samplers);
+    glGenBuffers(4, h->buffers);
+    glGenVertexArrays(1, &h->array);
+    for (k = 0; k < 3; k++) {
+        glActiveTexture(GL_TEXTURE0 + (GLenum)k);
+        glBindTexture(GL_TEXTURE_2D, h->textures[k]);
+        glBindSampler((GLuint)k, h->samplers[k]);
+        glSamplerParameteri(h->samplers[k], GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR); /* would make ours incomplete */
+    }
+    glActiveTexture(GL_TEXTURE5);
+    glUseProgram(gl->programs[3]);
+    glBindVertexArray(h->array);
+    glBindBuffer(GL_ARRAY_BUFFER, h->buffers[0]);
+    glBindBuffer(GL_UNIFORM_BUFFER, h->buffers[1]);
+    glBufferData(GL_UNIFORM_BUFFER, 4096, NULL, GL_STATIC_DRAW);
+    glBindBufferRange(GL_UNIFORM_BUFFER, 0, h->buffers[1], 1024, 512);
+    glBindBuffer(GL_UNIFORM_BUFFER, h->buffers[2]);
+    glBindBuffer(GL_PIXEL_UNPACK_BUFFER, h->buffers[3]);
+    glPixelStorei(GL_UNPACK_ALIGNMENT, 2);
+    glPixelStorei(GL_UNPACK_ROW_LENGTH, 77);
+    glPixelStorei(GL_UNPACK_SKIP_ROWS, 3);
+    glPixelStorei(GL_UNPACK_SKIP_PIXELS, 5);
+#define HOSTILE(name, desktop, need, text) \
+    if (!(desktop) || !gl->es) {           \
+        if (need) glDisable(name);         \
+        else glEnable(name);               \
+    }
+    LFLARE__GL_CAPABILITIES(HOSTILE)
+#undef HOSTILE
+    glDepthFunc(GL_NEVER);
+    glSampleCoverage(0, 0);
+    if (!gl->es) glPolygonMode(GL_FRONT_AND_BACK, GL_LINE);
+    glColorMask(0, 1, 0, 1);
+    glBlendFuncSeparate(GL_DST_COLOR, GL_SRC_ALPHA, GL_ONE_MINUS_DST_ALPHA, GL_ZERO);
+    glBlendEquationSeparate(GL_MIN, GL_FUNC_REVERSE_SUBTRACT);
+}
+
+static void free_hostile(const hostile *h)
+{
+    glDeleteTextures(3, h->textures);
+    glDeleteSamplers(3, h->samplers);
+    glDeleteBuffers(4, h->buffers);
+    glDeleteVertexArrays(1, &h->array);
+}
+
+/* As the camera of the occlusion tests has it: 60 degrees high, near plane 0.1, far plane 100 or none, depth reversed or not. */
+static lflare_gl_depth camera(int zero_to_one, int reverse, int infinite, float aspect)
+{
+    lflare_gl_depth d;
+    float near = 0.1f, far = 100, lo = zero_to_one ? 0 : -1, a = reverse ? 1 : lo, b = reverse ? lo : 1; /* ndc at the planes */
+    memset(&d, 0, sizeof d);
+    d.projection[5] = 1 / tanf(0.5235988f);
+    d.projection[0] = d.projection[5] / aspect;
+    d.projection[11] = -1;
+    /* ndc = (p10 z + p14) / -z is a at z = -near, b at z = -far */
+    d.projection[10] = infinite ? -b : (a * near - b * far) / (far - near);
+    d.projection[14] = infinite ? (a - b) * near : (a - b) * near * far / (far - near);
+    d.zero_to_one = zero_to_one;
+    return d;
+}
+
+static GLuint depth_texture(int width, int height, const float *depth)
+{
+    GLuint name;
+    glGenTextures(1, &name);
+    glBindTexture(GL_TEXTURE_2D, name);
+    glTexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT32F, width, height, 0, GL_DEPTH_COMPONENT, GL_FLOAT, depth);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE); /* as for shadow maps: must not matter */
+    return name;
+}
+
 static void state_is_put_back(void **state)
 {
+    static const float near_depth[4] = {0.5f, 0.5f, 0.5f, 0.5f};
     lflare_gl_desc desc = describe();
     lflare *flare = open_lens("lenses/heliar-tronnier.lens", 8, 0);
     lflare__glstate before, after;
+    lflare_light light;
     lflare_gl *gl;
-    GLuint textures[3], samplers[3], buffers[4], array, shader;
-    int k, es;
+    int k, es, call, tried = 0;
     (void)state;
+    memset(&light, 0, sizeof light);
+    light.direction[2] = -1;
     for (es = 0; es < 2; es++) {
+        lflare_gl_depth depth = camera(0, 0, 0, 1);
+        hostile h;
         if (!open_target(es)) continue;
+        tried++;
         gl = create(&desc);
+        depth.texture = depth_texture(2, 2, near_depth);
         one_frame(flare, 3, 0, 1);
-        glGenTextures(3, textures);
-        glGenSamplers(3, samplers);
-        glGenBuffers(4, buffers);
-        glGenVertexArrays(1, &array);
-        shader = glCreateProgram();
-        for (k = 0; k < 3; k++) {
-            glActiveTexture(GL_TEXTURE0 + (GLenum)k);
-            glBindTexture(GL_TEXTURE_2D, textures[k]);
-            glBindSampler((GLuint)k, samplers[k]);
-        }
-        glActiveTexture(GL_TEXTURE5);
-        glBindVertexArray(array);
-        glBindBuffer(GL_ARRAY_BUFFER, buffers[0]);
-        glBindBuffer(GL_UNIFORM_BUFFER, buffers[1]);
-        glBufferData(GL_UNIFORM_BUFFER, 4096, NULL, GL_STATIC_DRAW);
-        glBindBufferRange(GL_UNIFORM_BUFFER, 0, buffers[1], 1024, 512);
-        glBindBuffer(GL_UNIFORM_BUFFER, buffers[2]);
-        glBindBuffer(GL_PIXEL_UNPACK_BUFFER, buffers[3]);
-        glPixelStorei(GL_UNPACK_ALIGNMENT, 2);
-        glPixelStorei(GL_UNPACK_ROW_LENGTH, 77);
-        glPixelStorei(GL_UNPACK_SKIP_ROWS, 3);
-        glPixelStorei(GL_UNPACK_SKIP_PIXELS, 5);
-        glDisable(GL_BLEND);
-        glEnable(GL_DEPTH_TEST);
-        glEnable(GL_STENCIL_TEST);
-        glEnable(GL_CULL_FACE);
-        glEnable(GL_RASTERIZER_DISCARD);
-        glEnable(GL_SAMPLE_ALPHA_TO_COVERAGE);
-        glEnable(GL_SAMPLE_COVERAGE);
-        if (!es) glEnable(GL_COLOR_LOGIC_OP);
-        glColorMask(0, 1, 0, 1);
-        glBlendFuncSeparate(GL_DST_COLOR, GL_SRC_ALPHA, GL_ONE_MINUS_DST_ALPHA, GL_ZERO);
-        glBlendEquationSeparate(GL_MIN, GL_FUNC_REVERSE_SUBTRACT);
-        (void)shader;
+        make_hostile(&h, gl);
+        glViewport(3, 4, 50, 60);
         lflare__gl_save(gl, &before);
         /* the lists' values are as set: the save itself is checked */
-        assert_int_equal(before.capability[0], 0);
-        for (k = 1; k < LFLARE__GL_CAPABILITY_COUNT - es; k++) assert_int_equal(before.capability[k], 1);
+        k = 0;
+#define SAVED(name, desktop, need, text)                                               \
+    if (!(desktop) || !es) assert_int_equal(before.capability[k], (need) ? 0 : 1);     \
+    k++;
+        LFLARE__GL_CAPABILITIES(SAVED)
+#undef SAVED
         assert_int_equal(before.uniform_size, 512);
-        glActiveTexture(GL_TEXTURE5);
-        assert_int_equal(lflare_gl_draw(gl, lflare_get_tables(flare), lflare_get_frame(flare)), LFLARE_OK);
-        lflare__gl_save(gl, &after);
-        before.value[LFLARE__GL_VALUE_COUNT - 1][0] = GL_TEXTURE5; /* saving itself moves the active unit */
-        assert_memory_equal(&before, &after, sizeof before);
+        for (call = 0; call < 4; call++) {
+            glActiveTexture(GL_TEXTURE5);
+            assert_int_equal(call == 0   ? lflare_gl_draw(gl, lflare_get_tables(flare), lflare_get_frame(flare))
+                             : call == 1 ? lflare_gl_occlusion(gl, &light, 1, &depth)
+                             : call == 2 ? lflare_gl_draw_half(gl, lflare_get_tables(flare), lflare_get_frame(flare))
+                                         : lflare_gl_add_half(gl), LFLARE_OK);
+            lflare__gl_save(gl, &after);
+            before.value[LFLARE__GL_VALUE_COUNT - 1][0] = GL_TEXTURE5; /* saving itself moves the active unit */
+            assert_memory_equal(&before, &after, sizeof before);
+        }
+        assert_int_equal(glGetError(), GL_NO_ERROR);
+        glDeleteTextures(1, &depth.texture);
+        free_hostile(&h);
         lflare_gl_destroy(gl);
         gl_context_close(&context);
     }
     lflare_destroy(flare);
+    if (tried == 0) skip();
+}
+
+static void read_target(float *out)
+{
+    glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
+    glReadPixels(0, 0, W, H, GL_RGBA, GL_FLOAT, out);
+}
+
+/* Whatever the caller left switched on or off, the picture is the same. */
+static void hostile_state_changes_nothing(void **state)
+{
+    static float calm[4 * W * H], hostile_picture[4 * W * H];
+    lflare_gl_desc desc = describe();
+    lflare *flare = open_lens("lenses/heliar-tronnier.lens", 8, 5);
+    lflare_gl *gl;
+    int es, half, tried = 0;
+    (void)state;
+    for (es = 0; es < 2; es++) {
+        hostile h;
+        if (!open_target(es)) continue;
+        tried++;
+        gl = create(&desc);
+        one_frame(flare, 3, 0, 1);
+        for (half = 0; half < 2; half++) {
+            glColorMask(1, 1, 1, 1);
+            glDisable(GL_RASTERIZER_DISCARD);
+            glClear(GL_COLOR_BUFFER_BIT);
+            if (half == 0) lflare_gl_draw(gl, lflare_get_tables(flare), lflare_get_frame(flare));
+            if (half == 1) lflare_gl_draw_half(gl, lflare_get_tables(flare), lflare_get_frame(flare)), lflare_gl_add_half(gl);
+            read_target(calm);
+            glClear(GL_COLOR_BUFFER_BIT);
+            make_hostile(&h, gl);
+            if (half == 0) lflare_gl_draw(gl, lflare_get_tables(flare), lflare_get_frame(flare));
+            if (half == 1) lflare_gl_draw_half(gl, lflare_get_tables(flare), lflare_get_frame(flare)), lflare_gl_add_half(gl);
+            read_target(hostile_picture);
+            assert_memory_equal(calm, hostile_picture, sizeof calm);
+            free_hostile(&h);
+#define CALM(name, desktop, need, text) \
+    if (!(desktop) || !es) glDisable(name);
+            LFLARE__GL_CAPABILITIES(CALM)
+#undef CALM
+        }
+        assert_int_equal(glGetError(), GL_NO_ERROR);
+        lflare_gl_destroy(gl);
+        gl_context_close(&context);
+    }
+    lflare_destroy(flare);
+    if (tried == 0) skip();
+}
+
+/* ---- occlusion ---- */
+
+enum { SIDE = 512 }; /* of the depth textures */
+static float depth_image[SIDE * SIDE];
+
+static lflare_light light_at(float x, float y, float tangent)
+{
+    lflare_light l;
+    int k;
+    memset(&l, 0, sizeof l);
+    l.direction[0] = x;
+    l.direction[1] = y;
+    l.direction[2] = -1;
+    for (k = 0; k < 3; k++) l.color[k] = 1;
+    l.angular_radius = atanf(tangent);
+    return l;
+}
+
+/* The strip's texel of a light: a readback, which only a test may do. */
+static float visibility(const lflare_gl *gl, int light)
+{
+    GLuint bits[4];
+    float value;
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, gl->framebuffers[LFLARE__GL_TO_STRIP_A + gl->strip_now]);
+    glReadPixels(light, 0, 1, 1, GL_RGBA_INTEGER, GL_UNSIGNED_INT, bits);
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer);
+    assert_int_equal(glGetError(), GL_NO_ERROR);
+    memcpy(&value, bits, sizeof value);
+    return value;
+}
+
+static float occlude(lflare_gl *gl, const lflare_light *light, const lflare_gl_depth *depth)
+{
+    assert_int_equal(lflare_gl_occlusion(gl, light, 1, depth), LFLARE_OK);
+    return visibility(gl, 0);
+}
+
+/* Depth `near` where x cos + y sin < edge (pixels from the middle), `far` elsewhere, as a rasteriser leaves it. */
+static void half_plane(const lflare_gl_depth *d, float turn, float edge, float near, float far)
+{
+    int x, y;
+    for (y = 0; y < SIDE; y++)
+        for (x = 0; x < SIDE; x++) {
+            float along = ((float)x + 0.5f - SIDE / 2) * cosf(turn) + ((float)y + 0.5f - SIDE / 2) * sinf(turn);
+            depth_image[y * SIDE + x] = along < edge ? near : far;
+        }
+    glBindTexture(GL_TEXTURE_2D, d->texture);
+    glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, SIDE, SIDE, GL_DEPTH_COMPONENT, GL_FLOAT, depth_image);
+}
+
+/* The share of the disc of directions about l beyond the edge, by brute force. */
+static float exact_share(const lflare_light *l, const lflare_gl_depth *d, float turn, float edge)
+{
+    const int n = 600;
+    float length = sqrtf(l->direction[0] * l->direction[0] + l->direction[1] * l->direction[1] + 1), m[3], e[3], f[3], tangent = tanf(l->angular_radius);
+    long inside = 0, open = 0;
+    int i, j, k;
+    for (k = 0; k < 3; k++) m[k] = l->direction[k] / length;
+    length = sqrtf(m[0] * m[0] + m[2] * m[2]);
+    e[0] = -m[2] / length, e[1] = 0, e[2] = m[0] / length;
+    f[0] = m[1] * e[2] - m[2] * e[1], f[1] = m[2] * e[0] - m[0] * e[2], f[2] = m[0] * e[1] - m[1] * e[0];
+    for (j = 0; j < n; j++)
+        for (i = 0; i < n; i++) {
+            float x = 2 * ((float)i + 0.5f) / (float)n - 1, y = 2 * ((float)j + 0.5f) / (float)n - 1, w[3];
+            if (x * x + y * y > 1) continue;
+            for (k = 0; k < 3; k++) w[k] = m[k] + tangent * (x * e[k] + y * f[k]);
+            inside++;
+            open += SIDE / 2 * d->projection[5] / -w[2] * (w[0] * cosf(turn) + w[1] * sinf(turn)) >= edge;
+        }
+    return (float)open / (float)inside;
+}
+
+/* Sweeps an edge over a light's disc; returns the largest error and checks that visibility only grows. */
+static float sweep(lflare_gl *gl, const lflare_light *l, const lflare_gl_depth *d, float turn, float near, float far)
+{
+    float scale = SIDE / 2 * d->projection[5], middle = scale * (l->direction[0] * cosf(turn) + l->direction[1] * sinf(turn));
+    float reach = 1.4f * scale * tanf(l->angular_radius) + 1.5f, worst = 0, before = -1;
+    int i;
+    for (i = -12; i <= 12; i++) {
+        float edge = middle - reach * (float)i / 12, seen;
+        half_plane(d, turn, edge, near, far);
+        seen = occlude(gl, l, d);
+        assert_true(seen >= before);
+        if (i == -12) assert_true(seen == 0);
+        if (i == 12) assert_true(seen == 1);
+        before = seen;
+        worst = fmaxf(worst, fabsf(seen - exact_share(l, d, turn, edge)));
+    }
+    return worst;
+}
+
+static void occlusion_follows_an_edge(void **state)
+{
+    static const float turns[4] = {0, 0.65f, 1.5707963f, 3.5f};
+    const lflare_light lights[3] = {light_at(0, 0, 0.135f), light_at(0.2f, -0.15f, 0.1f), light_at(0.03f, 0.02f, 0.00465f)};
+    lflare_gl_desc desc = describe();
+    int es, i, k, tried = 0;
+    (void)state;
+    for (es = 0; es < 2; es++) {
+        lflare_gl_depth d = camera(0, 0, 0, 1);
+        float worst[3] = {0, 0, 0};
+        lflare_gl *gl;
+        if (!open_target(es)) continue;
+        tried++;
+        gl = create(&desc);
+        d.texture = depth_texture(SIDE, SIDE, NULL);
+        for (i = 0; i < 3; i++)
+            for (k = 0; k < 4; k++) worst[i] = fmaxf(worst[i], sweep(gl, &lights[i], &d, turns[k], 0.9f, 1));
+        print_message("%s, largest error of visibility: disc of 60 pixels %.4f, of 47 off the axis %.4f, the sun's of 2 pixels %.4f\n", es ? "ES 3.0" : "GL 3.3",
+                      (double)worst[0], (double)worst[1], (double)worst[2]);
+        assert_true(worst[0] < 0.02f && worst[1] < 0.02f);
+        assert_true(worst[2] < 0.5f / (2.06f * 1.5707963f) + 0.02f); /* the edge is drawn to half a pixel: 1 / (pi R) of a disc of R pixels */
+        lflare_gl_destroy(gl);
+        gl_context_close(&context);
+    }
+    if (tried == 0) skip();
+}
+
+/* Every way of storing depth: sky is open, what is nearer hides, a lamp at 5 units is hidden by what is nearer than that. */
+static void every_kind_of_depth(void **state)
+{
+    lflare_gl_desc desc = describe();
+    lflare_light sun = light_at(0, 0, 0.05f), lamp = sun;
+    lflare_gl *gl;
+    int kind;
+    (void)state;
+    if (!open_target(0)) skip();
+    gl = create(&desc);
+    lamp.distance = 5;
+    for (kind = 0; kind < 16; kind++) {
+        int zero_to_one = kind & 1, reverse = kind >> 1 & 1, infinite = kind >> 2 & 1, k;
+        lflare_gl_depth d = camera(zero_to_one, reverse, infinite, 1);
+        float window[5];
+        static const float distances[5] = {0.2f, 4.5f, 5.5f, 60, 0}; /* 0: the sky */
+        if (kind & 8) d.depth_range[0] = 1, d.depth_range[1] = 0;
+        for (k = 0; k < 5; k++) {
+            float z = -distances[k], ndc = distances[k] > 0 ? (d.projection[10] * z + d.projection[14]) / -z : reverse ? (zero_to_one ? 0.0f : -1.0f) : 1;
+            window[k] = zero_to_one ? ndc : 0.5f + 0.5f * ndc;
+            if (kind & 8) window[k] = 1 - window[k];
+        }
+        d.texture = depth_texture(SIDE, SIDE, NULL);
+        for (k = 0; k < 5; k++) {
+            half_plane(&d, 0, 1e6f, window[k], 0);
+            d.sky_distance = d.bias = 0;
+            assert_true(occlude(gl, &sun, &d) == (k == 4 ? 1.0f : 0.0f));
+            assert_true(occlude(gl, &lamp, &d) == (k >= 2 ? 1.0f : 0.0f));
+            d.bias = 1;
+            assert_true(occlude(gl, &lamp, &d) == (k >= 1 ? 1.0f : 0.0f));
+            d.sky_distance = 50;
+            assert_true(occlude(gl, &sun, &d) == (k >= 3 ? 1.0f : 0.0f));
+        }
+        glDeleteTextures(1, &d.texture);
+    }
+    lflare_gl_destroy(gl);
+    gl_context_close(&context);
+}
+
+static void occlusion_details(void **state)
+{
+    lflare_gl_desc desc = describe();
+    lflare_light lights[3] = {light_at(0, 0, 0.05f), light_at(0, 0, 0.05f), light_at(0.9f, 0, 0.05f)};
+    lflare_gl_depth d = camera(0, 0, 0, 1), wrong;
+    lflare *flare = open_lens("lenses/heliar-tronnier.lens", 8, 0);
+    static float open_picture[4 * W * H], half_picture[4 * W * H];
+    lflare_gl *gl;
+    double sums[2] = {0, 0};
+    int i;
+    (void)state;
+    if (!open_target(0)) { lflare_destroy(flare); skip(); }
+    gl = create(&desc);
+    d.texture = depth_texture(SIDE, SIDE, NULL);
+    /* the view is the lower left quarter of the texture; the rest of it hides */
+    half_plane(&d, 0, 1e6f, 0.5f, 0);
+    for (i = 0; i < SIDE * SIDE; i++) depth_image[i] = i % SIDE < SIDE / 2 && i / SIDE < SIDE / 2 ? 1.0f : 0.5f;
+    glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, SIDE, SIDE, GL_DEPTH_COMPONENT, GL_FLOAT, depth_image);
+    assert_true(fabsf(occlude(gl, &lights[0], &d) - 0.25f) < 0.03f);
+    d.region[2] = d.region[3] = SIDE / 2;
+    assert_true(occlude(gl, &lights[0], &d) == 1);
+    d.region[0] = SIDE / 2;
+    assert_true(occlude(gl, &lights[0], &d) == 0);
+    memset(d.region, 0, sizeof d.region);
+    /* a light behind the camera is hidden; each light has its own texel; beyond the frame the nearest edge counts */
+    half_plane(&d, 0, 0, 0.5f, 1);
+    lights[1].direction[2] = 1;
+    assert_int_equal(lflare_gl_occlusion(gl, lights, 3, &d), LFLARE_OK);
+    assert_true(fabsf(visibility(gl, 0) - 0.5f) < 0.02f);
+    assert_true(visibility(gl, 1) == 0);
+    assert_true(visibility(gl, 2) == 1);
+    /* the picture follows: half the light, and all of it again after NULL */
+    one_frame(flare, 3, 0.05f, 1);
+    for (i = 0; i < 2; i++) {
+        lflare_gl_occlusion(gl, lights, 1, i == 0 ? &d : NULL);
+        glClear(GL_COLOR_BUFFER_BIT);
+        lflare_gl_draw(gl, lflare_get_tables(flare), lflare_get_frame(flare));
+        read_target(i == 0 ? half_picture : open_picture);
+    }
+    for (i = 0; i < 4 * W * H; i++)
+        if (i % 4 != 3) sums[0] += (double)half_picture[i], sums[1] += (double)open_picture[i];
+    assert_true(fabs(sums[0] / sums[1] - 0.5) < 0.02);
+    /* what makes no sense is refused */
+    wrong = d, wrong.projection[11] = 0;
+    assert_int_equal(lflare_gl_occlusion(gl, lights, 1, &wrong), LFLARE_ERROR_ARGUMENT);
+    wrong = d, wrong.samples = 1025;
+    assert_int_equal(lflare_gl_occlusion(gl, lights, 1, &wrong), LFLARE_ERROR_ARGUMENT);
+    wrong = d, wrong.dt = HUGE_VALF;
+    assert_int_equal(lflare_gl_occlusion(gl, lights, 1, &wrong), LFLARE_ERROR_ARGUMENT);
+    assert_int_equal(lflare_gl_occlusion(gl, NULL, 1, &d), LFLARE_ERROR_ARGUMENT);
+    assert_int_equal(lflare_gl_occlusion(gl, lights, -1, &d), LFLARE_ERROR_ARGUMENT);
+    assert_int_equal(lflare_gl_occlusion(NULL, lights, 1, &d), LFLARE_ERROR_ARGUMENT);
+    {
+        static lflare_light many[LFLARE_GL_MAX_LIGHTS + 1];
+        for (i = 0; i <= LFLARE_GL_MAX_LIGHTS; i++) many[i] = lights[0];
+        assert_int_equal(lflare_gl_occlusion(gl, many, LFLARE_GL_MAX_LIGHTS + 1, &d), LFLARE_ERROR_LIMIT);
+        assert_int_equal(lflare_gl_occlusion(gl, many, LFLARE_GL_MAX_LIGHTS, &d), LFLARE_OK);
+        assert_true(fabsf(visibility(gl, LFLARE_GL_MAX_LIGHTS - 1) - 0.5f) < 0.02f);
+    }
+    assert_int_equal(glGetError(), GL_NO_ERROR);
+    lflare_gl_destroy(gl);
+    lflare_destroy(flare);
+    gl_context_close(&context);
+}
+
+/* On the GPU as lflare_fade on the CPU; the same at every frame rate; a comb that hides the light in every other frame at 60 Hz
+   makes it neither strobe nor drift to an end. */
+static void strip_fades(void **state)
+{
+    static const float rates[3] = {30, 60, 144};
+    lflare_gl_desc desc = describe();
+    lflare_light sun = light_at(0, 0, 0.05f);
+    lflare_gl_depth shut = camera(0, 0, 0, 1), open;
+    lflare_gl *gl;
+    float now;
+    int i, r;
+    (void)state;
+    if (!open_target(0)) skip();
+    gl = create(&desc);
+    shut.texture = depth_texture(SIDE, SIDE, NULL);
+    half_plane(&shut, 0, 1e6f, 0.5f, 1);
+    open = shut;
+    open.texture = depth_texture(SIDE, SIDE, NULL);
+    half_plane(&open, 0, -1e6f, 0.5f, 1);
+    for (r = 0; r < 3; r++) {
+        float before = 1, cpu = 1, low = 1, high = 0;
+        shut.dt = open.dt = 1 / rates[r];
+        shut.attack = open.attack = 0.1f;
+        shut.release = open.release = 0.2f;
+        open.reset = 1;
+        assert_true(occlude(gl, &sun, &open) == 1);
+        open.reset = 0;
+        for (i = 1; i <= (int)rates[r]; i++) { /* a second */
+            now = occlude(gl, &sun, &shut);
+            cpu = lflare_fade(cpu, 0, shut.dt, 0.1f, 0.2f);
+            assert_true(now < before);
+            assert_true(fabsf(now - cpu) < 1e-6f);
+            assert_true(fabsf(now - expf(-(float)i * shut.dt / 0.2f)) < 0.01f * now + 1e-6f);
+            before = now;
+        }
+        for (i = 1; i <= (int)rates[r]; i++) {
+            now = occlude(gl, &sun, &open);
+            assert_true(now > before && now <= 1);
+            before = now;
+        }
+        assert_true(now > 0.9999f);
+        shut.dt = open.dt = 1 / 60.0f;
+        for (i = 0; i < 120; i++) {
+            now = occlude(gl, &sun, i & 1 ? &open : &shut);
+            if (i >= 60) low = fminf(low, now), high = fmaxf(high, now);
+        }
+        if (r == 1) print_message("comb at 60 Hz: between %.3f and %.3f\n", (double)low, (double)high);
+        assert_true(high - low < 0.1f * high);
+        assert_true(low > 0.4f && high < 0.8f);
+    }
+    /* paused: nothing moves */
+    now = visibility(gl, 0);
+    shut.dt = 0;
+    assert_true(occlude(gl, &sun, &shut) == now);
+    lflare_gl_destroy(gl);
+    gl_context_close(&context);
+}
+
+/* ---- half resolution ---- */
+
+static void draw_halves(lflare_gl *gl, lflare *flare, float *out)
+{
+    glClear(GL_COLOR_BUFFER_BIT);
+    assert_int_equal(lflare_gl_draw_half(gl, lflare_get_tables(flare), lflare_get_frame(flare)), LFLARE_OK);
+    assert_int_equal(lflare_gl_add_half(gl), LFLARE_OK);
+    assert_int_equal(glGetError(), GL_NO_ERROR);
+    read_target(out);
+}
+
+/* Sum and centroid of the green channel. */
+static void moments(const float *rgba, double *out)
+{
+    int x, y, k;
+    for (k = 0; k < 3; k++) out[k] = 0;
+    for (y = 0; y < H; y++)
+        for (x = 0; x < W; x++) {
+            double v = (double)rgba[4 * (y * W + x) + 1];
+            out[0] += v;
+            out[1] += v * (x + 0.5);
+            out[2] += v * (y + 0.5);
+        }
+    out[1] /= out[0];
+    out[2] /= out[0];
+}
+
+static void half_resolution(void **state)
+{
+    static float whole[4 * W * H], half[4 * W * H];
+    lflare_gl_desc desc = describe();
+    int es, i, raw, odd;
+    (void)state;
+    for (es = 0; es < 2; es++)
+        for (no_half_float = 0; no_half_float < 2; no_half_float++)
+            for (raw = 0; raw < (no_half_float ? 1 : 2); raw++)
+                for (odd = 0; odd < 2; odd++) {
+                    lflare *flare = open_lens("lenses/planar-50-14.lens", 5.6, 6);
+                    lflare_settings settings;
+                    lflare_gl *gl;
+                    double a[3], b[3], decibel;
+                    if (!open_target(es)) { lflare_destroy(flare); continue; }
+                    gl = create(&desc);
+                    memset(&settings, 0, sizeof settings);
+                    settings.fnumber = 5.6;
+                    settings.blades = 6;
+                    settings.raw = raw;
+                    assert_int_equal(lflare_configure(flare, &settings, NULL), LFLARE_OK);
+                    assert_int_equal(lflare_gl_add_half(gl), LFLARE_ERROR_ARGUMENT); /* nothing drawn yet */
+                    one_frame_of(flare, 12, 0.00465f, 1, odd ? 641 : W, odd ? 361 : H);
+                    if (odd) glViewport(0, 0, 641, 361);
+                    glClear(GL_COLOR_BUFFER_BIT);
+                    lflare_gl_draw(gl, lflare_get_tables(flare), lflare_get_frame(flare));
+                    read_target(whole);
+                    for (i = 0; i < 4 * W * H && no_half_float; i++) whole[i] = fminf(whole[i], 1);
+                    draw_halves(gl, flare, half);
+                    decibel = psnr(half, whole);
+                    moments(whole, a);
+                    moments(half, b);
+                    print_message("%s, %s, %s exposure, %s: %.1f dB of the whole, energy %+.3f %%, moved %.3f %.3f pixels\n", es ? "ES 3.0" : "GL 3.3",
+                                  no_half_float ? "RGB10_A2" : "RGBA16F", raw ? "raw" : "normal", odd ? "641 x 361" : "1280 x 720", decibel,
+                                  100 * (b[0] / a[0] - 1), b[1] - a[1], b[2] - a[2]);
+                    assert_true(decibel > (no_half_float ? 45 : 50)); /* of RGB10_A2 ghosts fainter than 1 / 2046 are lost */
+                    assert_true(fabs(b[0] / a[0] - 1) < (no_half_float ? 0.1 : 0.005));
+                    if (!no_half_float) assert_true(fabs(b[1] - a[1]) < 0.25 && fabs(b[2] - a[2]) < 0.25);
+                    for (i = 0; i < W * H; i++) assert_true(half[4 * i + 3] == 0.25f);
+                    lflare_gl_destroy(gl);
+                    gl_context_close(&context);
+                    lflare_destroy(flare);
+                }
+    no_half_float = 0;
+}
+
+/* Two contexts, each with its own lens, drawn in turns. */
+static void two_contexts(void **state)
+{
+    static float alone[2][4 * W * H], together[4 * W * H];
+    static const char *const paths[2] = {"lenses/heliar-tronnier.lens", "lenses/nikon-80-200-mid.lens"};
+    lflare_gl_desc desc = describe();
+    gl_context contexts[2];
+    lflare_gl *gl[2];
+    lflare *flare[2];
+    int i, turn, opened;
+    (void)state;
+    for (i = 0; i < 2; i++) {
+        opened = open_target(i); /* one of each kind */
+        contexts[i] = context;
+        if (!opened) skip();
+        gl[i] = create(&desc);
+        flare[i] = open_lens(paths[i], 8, 0);
+        one_frame(flare[i], 3, 0, 1);
+        lflare_gl_draw(gl[i], lflare_get_tables(flare[i]), lflare_get_frame(flare[i]));
+        read_target(alone[i]);
+    }
+    for (turn = 0; turn < 4; turn++) {
+        i = turn & 1;
+        eglBindAPI(i ? EGL_OPENGL_ES_API : EGL_OPENGL_API);
+        assert_true(eglMakeCurrent(contexts[i].display, EGL_NO_SURFACE, EGL_NO_SURFACE, contexts[i].context));
+        glClear(GL_COLOR_BUFFER_BIT);
+        lflare_gl_draw(gl[i], lflare_get_tables(flare[i]), lflare_get_frame(flare[i]));
+        read_target(together);
+        assert_memory_equal(alone[i], together, sizeof together);
+    }
+    for (i = 0; i < 2; i++) {
+        eglBindAPI(i ? EGL_OPENGL_ES_API : EGL_OPENGL_API);
+        eglMakeCurrent(contexts[i].display, EGL_NO_SURFACE, EGL_NO_SURFACE, contexts[i].context);
+        lflare_gl_destroy(gl[i]);
+        lflare_destroy(flare[i]);
+        eglMakeCurrent(contexts[i].display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+        eglDestroyContext(contexts[i].display, contexts[i].context);
+    }
+    eglTerminate(contexts[0].display);
+}
+
+/* An object's tables may lie where a destroyed one's lay, with as many configurations behind them. */
+static void *arena_take(void *user, void *block, size_t old_size, size_t new_size)
+{
+    size_t *used = (size_t *)user;
+    static double arena[1 << 19];
+    (void)block;
+    (void)old_size;
+    if (new_size == 0) return NULL;
+    *used += (new_size + 63) & ~(size_t)63;
+    return *used <= sizeof arena ? (char *)arena + *used - ((new_size + 63) & ~(size_t)63) : NULL;
+}
+
+static void tables_are_known_by_content(void **state)
+{
+    static float drawn[4 * W * H], expected[4 * W * H];
+    lflare_gl_desc desc = describe();
+    lflare_gl *gl;
+    int i;
+    (void)state;
+    if (!open_target(0)) skip();
+    gl = create(&desc);
+    for (i = 0; i < 2; i++) {
+        size_t used = 0;
+        lflare_desc lens;
+        lflare_image image;
+        lflare *flare;
+        char *text;
+        memset(&lens, 0, sizeof lens);
+        memset(&image, 0, sizeof image);
+        assert_int_equal(lflare_file_read("lenses/heliar-tronnier.lens", NULL, NULL, &text, &lens.text_size, NULL), LFLARE_OK);
+        lens.text = text;
+        lens.settings.fnumber = i == 0 ? 4 : 8;
+        lens.settings.blades = i == 0 ? 0 : 5;
+        lens.allocate = arena_take;
+        lens.user = &used;
+        assert_int_equal(lflare_create(&lens, &flare, NULL), LFLARE_OK);
+        free(text);
+        one_frame(flare, 5, 0.00465f, 1);
+        memset(expected, 0, sizeof expected);
+        image.width = W;
+        image.height = H;
+        image.pixels = expected;
+        image.bottom_up = 1;
+        assert_int_equal(lflare_render(flare, &image), LFLARE_OK);
+        glClear(GL_COLOR_BUFFER_BIT);
+        lflare_gl_draw(gl, lflare_get_tables(flare), lflare_get_frame(flare));
+        read_target(drawn);
+        assert_true(psnr(drawn, expected) > 80);
+        lflare_destroy(flare);
+    }
+    lflare_gl_destroy(gl);
+    gl_context_close(&context);
 }
 
 static void missing_functions_are_named(void **state)
 {
-#define NAME(result, name, arguments) "gl" #name,
+#define NAME(desktop, result, name, arguments) "gl" #name,
     static const char *const names[] = {LFLARE__GL_FUNCTIONS(NAME)};
 #undef NAME
     lflare_gl_desc desc = describe();
@@ -414,6 +992,14 @@ int main(void)
         cmocka_unit_test(equals_software_es),
         cmocka_unit_test(calls),
         cmocka_unit_test(state_is_put_back),
+        cmocka_unit_test(hostile_state_changes_nothing),
+        cmocka_unit_test(occlusion_follows_an_edge),
+        cmocka_unit_test(every_kind_of_depth),
+        cmocka_unit_test(occlusion_details),
+        cmocka_unit_test(strip_fades),
+        cmocka_unit_test(half_resolution),
+        cmocka_unit_test(two_contexts),
+        cmocka_unit_test(tables_are_known_by_content),
         cmocka_unit_test(missing_functions_are_named),
         cmocka_unit_test(failing_shader_leaves_nothing),
         cmocka_unit_test(cycles_and_loss),
