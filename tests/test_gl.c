@@ -267,10 +267,37 @@ static void equals_software(int es)
 static void equals_software_gl(void **state) { (void)state; equals_software(0); }
 static void equals_software_es(void **state) { (void)state; equals_software(1); }
 
+/* As the camera of the occlusion tests has it: 60 degrees high, near plane 0.1, far plane 100 or none, depth reversed or not. */
+static lflare_gl_depth camera(int zero_to_one, int reverse, int infinite, float aspect)
+{
+    lflare_gl_depth d;
+    float near = 0.1f, far = 100, lo = zero_to_one ? 0 : -1, a = reverse ? 1 : lo, b = reverse ? lo : 1; /* ndc at the planes */
+    memset(&d, 0, sizeof d);
+    d.projection[5] = 1 / tanf(0.5235988f);
+    d.projection[0] = d.projection[5] / aspect;
+    d.projection[11] = -1;
+    /* ndc = (p10 z + p14) / -z is a at z = -near, b at z = -far */
+    d.projection[10] = infinite ? -b : (a * near - b * far) / (far - near);
+    d.projection[14] = infinite ? (a - b) * near : (a - b) * near * far / (far - near);
+    d.zero_to_one = zero_to_one;
+    return d;
+}
+
+static GLuint depth_texture(int width, int height, const float *depth)
+{
+    GLuint name;
+    glGenTextures(1, &name);
+    glBindTexture(GL_TEXTURE_2D, name);
+    glTexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT32F, width, height, 0, GL_DEPTH_COMPONENT, GL_FLOAT, depth);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE); /* as for shadow maps: must not matter */
+    return name;
+}
+
 static void calls(void **state)
 {
     lflare_gl_desc desc = describe();
     lflare *flare = open_lens("lenses/nikon-80-200-mid.lens", 8, 0);
+    lflare_gl_depth depth = camera(0, 0, 0, 1);
     lflare_gl *gl;
     int lights;
     (void)state;
@@ -286,7 +313,19 @@ static void calls(void **state)
         assert_int_equal(lflare_gl_draw(gl, lflare_get_tables(flare), lflare_get_frame(flare)), LFLARE_OK);
         assert_int_equal(draws, lights > 0 ? 2 : 0); /* insides and rims, however many lights */
         assert_int_equal(asks, 0);
+        draws = 0;
+        depth.texture = depth_texture(2, 2, NULL);
+        assert_int_equal(lflare_gl_occlusion(gl, NULL, 0, &depth), LFLARE_OK);
+        assert_int_equal(lflare_gl_draw_half(gl, lflare_get_tables(flare), lflare_get_frame(flare)), LFLARE_OK);
+        glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+        glViewport(0, 0, W, H);
+        assert_int_equal(lflare_gl_add_half(gl), LFLARE_OK);
+        assert_int_equal(draws, (lights > 0 ? 2 : 0) + 2); /* the strip, the enlarging */
+        assert_int_equal(asks, 0);
+        glDeleteTextures(1, &depth.texture);
     }
+    assert_int_equal(waits, 0);
+    assert_int_equal(glGetError(), GL_NO_ERROR);
     lflare_gl_destroy(gl);
     lflare_destroy(flare);
     gl_context_close(&context);
@@ -344,32 +383,6 @@ static void free_hostile(const hostile *h)
     glDeleteSamplers(3, h->samplers);
     glDeleteBuffers(4, h->buffers);
     glDeleteVertexArrays(1, &h->array);
-}
-
-/* As the camera of the occlusion tests has it: 60 degrees high, near plane 0.1, far plane 100 or none, depth reversed or not. */
-static lflare_gl_depth camera(int zero_to_one, int reverse, int infinite, float aspect)
-{
-    lflare_gl_depth d;
-    float near = 0.1f, far = 100, lo = zero_to_one ? 0 : -1, a = reverse ? 1 : lo, b = reverse ? lo : 1; /* ndc at the planes */
-    memset(&d, 0, sizeof d);
-    d.projection[5] = 1 / tanf(0.5235988f);
-    d.projection[0] = d.projection[5] / aspect;
-    d.projection[11] = -1;
-    /* ndc = (p10 z + p14) / -z is a at z = -near, b at z = -far */
-    d.projection[10] = infinite ? -b : (a * near - b * far) / (far - near);
-    d.projection[14] = infinite ? (a - b) * near : (a - b) * near * far / (far - near);
-    d.zero_to_one = zero_to_one;
-    return d;
-}
-
-static GLuint depth_texture(int width, int height, const float *depth)
-{
-    GLuint name;
-    glGenTextures(1, &name);
-    glBindTexture(GL_TEXTURE_2D, name);
-    glTexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT32F, width, height, 0, GL_DEPTH_COMPONENT, GL_FLOAT, depth);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE); /* as for shadow maps: must not matter */
-    return name;
 }
 
 static void state_is_put_back(void **state)
@@ -974,6 +987,7 @@ static void cycles_and_loss(void **state)
     for (i = 0; i < 100; i++) {
         gl = create(&desc);
         lflare_gl_draw(gl, lflare_get_tables(flare), lflare_get_frame(flare));
+        lflare_gl_draw_half(gl, lflare_get_tables(flare), lflare_get_frame(flare));
         lflare_gl_destroy(gl);
     }
     assert_int_equal(live, 0);
@@ -981,6 +995,9 @@ static void cycles_and_loss(void **state)
     gl_context_close(&context); /* the context goes first */
     lflare_gl_forget(gl);
     assert_int_equal(lflare_gl_draw(gl, lflare_get_tables(flare), lflare_get_frame(flare)), LFLARE_ERROR_ARGUMENT);
+    assert_int_equal(lflare_gl_draw_half(gl, lflare_get_tables(flare), lflare_get_frame(flare)), LFLARE_ERROR_ARGUMENT);
+    assert_int_equal(lflare_gl_add_half(gl), LFLARE_ERROR_ARGUMENT);
+    assert_int_equal(lflare_gl_occlusion(gl, NULL, 0, NULL), LFLARE_ERROR_ARGUMENT);
     lflare_gl_destroy(gl);
     lflare_destroy(flare);
 }

@@ -767,6 +767,68 @@ static void light_outside(void **state)
     lflare_destroy(flare);
 }
 
+/* A light that leaves the frame fades over the width asked for, at either side, with the axis off the middle too. */
+static void light_leaves_the_frame(void **state)
+{
+    lflare *flare = open_lens(HELIAR, NULL);
+    lflare_view view = view_of(160, 90);
+    const lflare_frame_data *frame = lflare_get_frame(flare);
+    int side, i;
+    (void)state;
+    view.fov_y = 1;
+    for (side = -1; side <= 1; side += 2) {
+        double edge, before = 2;
+        view.centre[0] = 0.25f;
+        edge = tan(0.5) * 160 / 90 * (side - 0.25); /* tangent of the light's angle at the frame's edge */
+        for (i = -10; i <= 30; i++) {
+            double beyond = 0.05 * i; /* in half-heights */
+            lflare_light light = light_at(edge + side * beyond * tan(0.5), 0);
+            double whole, left;
+            view.edge_fade = 0;
+            assert_int_equal(lflare_frame(flare, &view, &light, 1), LFLARE_OK);
+            whole = (double)frame->lights[0].irradiance[1];
+            view.edge_fade = 0.8f;
+            assert_int_equal(lflare_frame(flare, &view, &light, 1), LFLARE_OK);
+            left = frame->light_count > 0 ? (double)frame->lights[0].irradiance[1] / whole : 0;
+            if (beyond <= 0) assert_true(fabs(left - 1) < 1e-5);
+            if (i == 8) assert_true(fabs(left - 0.5) < 1e-3); /* half of the width */
+            if (beyond >= 0.8) assert_true(left < 1e-5);
+            assert_true(left <= before + 1e-6 && before - left < 0.1 + (i == -10 ? 2 : 0));
+            before = left;
+        }
+    }
+    view.edge_fade = -1;
+    assert_int_equal(lflare_frame(flare, &view, NULL, 0), LFLARE_ERROR_ARGUMENT);
+    lflare_destroy(flare);
+}
+
+/* Never faster than asked, the same at every frame rate, and it neither overshoots nor sticks. */
+static void fades_in_time(void **state)
+{
+    static const float rates[4] = {24, 60, 144, 1000};
+    int r, i;
+    (void)state;
+    for (r = 0; r < 4; r++) {
+        float dt = 1 / rates[r], up = 0, down = 1;
+        for (i = 1; i <= (int)rates[r]; i++) {
+            float before_up = up, before_down = down;
+            double share_up = 1 - exp(-(double)i * (double)dt / 0.3), share_down = exp(-(double)i * (double)dt / 0.05);
+            up = lflare_fade(up, 1, dt, 0.3f, 0.05f);
+            down = lflare_fade(down, 0, dt, 0.3f, 0.05f);
+            assert_true(up > before_up && up < 1);
+            assert_true(down < before_down && down >= 0);
+            assert_true(fabs((double)up - share_up) < 1e-4 && fabs((double)down - share_down) < 1e-4);
+            assert_true((double)up <= (double)i * (double)dt / 0.3 + 1e-6); /* the slope at the start is the steepest */
+        }
+    }
+    assert_true(lflare_fade(0.3f, 0.8f, 0.01f, 0, 1) == 0.8f);
+    assert_true(lflare_fade(0.8f, 0.3f, 0.01f, 1, 0) == 0.3f);
+    assert_true(lflare_fade(0.3f, 0.8f, 0, 1, 1) == 0.3f);
+    assert_true(lflare_fade(0.3f, 0.8f, -1, 1, 1) == 0.3f);
+    assert_true(lflare_fade(0.3f, 0.8f, 1e9f, 1, 1) == 0.8f);
+    assert_true(lflare_fade(NAN, 0.8f, 0.01f, 1, 1) == 0.8f);
+}
+
 static void not_numbers(void **state)
 {
     lflare *flare = open_lens(HELIAR, NULL);
@@ -1233,6 +1295,8 @@ int main(void)
         cmocka_unit_test(colour_continuous),
         cmocka_unit_test(lights_that_draw_nothing),
         cmocka_unit_test(light_outside),
+        cmocka_unit_test(light_leaves_the_frame),
+        cmocka_unit_test(fades_in_time),
         cmocka_unit_test(not_numbers),
         cmocka_unit_test(round_stays_round),
         cmocka_unit_test(always_sane),
