@@ -19,14 +19,25 @@ LIBPNG   := -lpng
 endif
 
 EXAMPLES := $(B)/00_null $(B)/02_own_renderer
+# GL is loaded at run time, for which older C libraries keep dlopen apart. Examples with a window need GLFW.
+LIBDL    := $(if $(findstring linux,$(shell $(CC) -dumpmachine 2>/dev/null)),-ldl)
+LIBGLFW  ?= -lglfw
+GLFW     := $(shell printf '\043include <GLFW/glfw3.h>\n' | $(CC) -DGLFW_INCLUDE_NONE -E - >/dev/null 2>&1 && echo yes)
+WINDOWS  := $(B)/01_one_flare $(B)/03_hdr_occlusion
 # GL is tested where EGL's and GL's headers are there.
 EGL      := $(shell printf '\043include <EGL/egl.h>\n\043include <GL/glext.h>\n' | $(CC) -E - >/dev/null 2>&1 && echo yes)
 TESTS    := $(patsubst tests/%.c,$(B)/%,$(if $(EGL),$(wildcard tests/test_*.c),$(filter-out tests/test_gl.c,$(wildcard tests/test_*.c))))
 
-all: $(B)/flare $(EXAMPLES)
+all: $(B)/flare $(EXAMPLES) $(if $(GLFW),$(WINDOWS),no-windows)
 
-$(B)/flare: examples/flare.c lensflare.h | $(B)
-	$(CC) $(ALL) $(FLAREPNG) $< -o $@ $(LIBPNG) -lm
+$(B)/flare: examples/flare.c examples/gl_host.h lensflare.h | $(B)
+	$(CC) $(ALL) $(FLAREPNG) $< -o $@ $(LIBPNG) $(LIBDL) -lm
+
+$(WINDOWS): $(B)/%: examples/%.c examples/gl_host.h lensflare.h | $(B)
+	$(CC) $(ALL) $< -o $@ $(LIBGLFW) $(LIBDL) -lm
+
+no-windows:
+	@echo "$(notdir $(WINDOWS)) are left out: they need GLFW (Debian: libglfw3-dev)"
 
 $(B)/%: examples/%.c lensflare.h | $(B)
 	$(CC) $(ALL) $< -o $@ -lm
@@ -37,8 +48,11 @@ $(B)/test_%: tests/test_%.c lensflare.h $(wildcard tests/*.h) | $(B)
 $(B)/test_gl: tests/test_gl.c tests/gl_context.h lensflare.h | $(B)
 	$(CC) $(ALL) $< -o $@ -lcmocka -lEGL -lGL -lm
 
-$(B)/bench: tests/bench.c lensflare.h | $(B)
+$(B)/bench: tests/bench.c tests/bench.h lensflare.h | $(B)
 	$(CC) $(ALL) $< -o $@ -lm
+
+$(B)/bench_gl: tests/bench_gl.c tests/bench.h tests/gl_context.h lensflare.h | $(B)
+	$(CC) $(ALL) $< -o $@ -lEGL -lGL -lm
 
 $(B):
 	mkdir -p $@
@@ -52,8 +66,9 @@ test:
 
 tests: $(TESTS)
 
-bench: $(B)/bench
+bench: $(B)/bench $(if $(EGL),$(B)/bench_gl)
 	$(B)/bench
+	@$(if $(EGL),$(B)/bench_gl,echo "gl: no EGL and GL headers here (libegl-dev libgl-dev), so it is not measured")
 
 # The GLSL sources as string literals in the header; a test compares both.
 shaders:
@@ -68,4 +83,4 @@ coverage:
 clean:
 	rm -rf $(B)
 
-.PHONY: all demo test tests bench shaders fuzz coverage clean
+.PHONY: all no-windows demo test tests bench shaders fuzz coverage clean

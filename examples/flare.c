@@ -5,6 +5,7 @@
 #define LENSFLARE_IMPLEMENTATION
 #include "lensflare.h"
 
+#include "gl_host.h"
 #include <errno.h>
 #ifdef FLARE_HAVE_PNG
 #include <png.h>
@@ -20,9 +21,10 @@ static const char help[] =
     "  flare ghosts  LENS [--angle AX,AY] [--fnumber N] [--csv]\n"
     "      every ghost: surface pair, matrix elements, images of iris and pupil on the sensor (mm), what clips it, its colour\n"
     "  flare render  LENS -o OUT.png|OUT.pfm [--size WxH] [--angle AX,AY] [--fov DEG] [--fnumber N] [--blades N]\n"
-    "                [--rotation DEG] [--curvature 0..1] [--radius MRAD] [--model paraxial] [--backend software]\n"
+    "                [--rotation DEG] [--curvature 0..1] [--radius MRAD] [--model paraxial] [--backend software|gl]\n"
     "                [--ghosts-only] [--exposure EV]\n"
-    "      the flare of one light. PNG is tone-mapped; PFM holds linear multiples of the light's irradiance\n"
+    "      the flare of one light. PNG is tone-mapped; PFM holds linear multiples of the light's irradiance. --backend gl\n"
+    "      needs no window: EGL draws, or else OSMesa (the environment's GL_HOST=egl or osmesa picks one)\n"
     "  flare compare A B [--json]\n"
     "      PSNR, SSIM and largest error of picture B against picture A (PFM, or PNG where built with libpng)\n"
     "  flare coating N1 N2 [--lambda0 NM | --layers n:nm,...] [--angle DEG] [--csv]\n"
@@ -65,7 +67,7 @@ typedef struct options {
     const char *operands[2];
     int operand_count;
     const char *out, *layers;
-    int json, csv, ghosts_only;
+    int json, csv, ghosts_only, gl;
     int width, height, blades;
     double ax, ay, fov, fnumber, rotation, curvature, radius, exposure, lambda0, angle;
 } options;
@@ -93,6 +95,13 @@ static void two_numbers(const char *option, const char *text, char separator, do
 static void only_choice(const char *option, const char *text, const char *choice)
 {
     if (strcmp(text, choice) != 0) complain("%s: this version has '%s' only, not '%s'", option, choice, text);
+}
+
+/* 1 for the second of two choices, 0 for the first. */
+static int second_choice(const char *option, const char *text, const char *first, const char *second)
+{
+    if (strcmp(text, first) != 0 && strcmp(text, second) != 0) complain("%s: '%s' or '%s' was expected, not '%s'", option, first, second, text);
+    return strcmp(text, second) == 0;
 }
 
 /* `allowed`: the command's options, each with blanks around it. */
@@ -123,7 +132,7 @@ static options parse(int argc, char **argv, const char *allowed, int operands)
         if (strcmp(name, "-o") == 0) o.out = value;
         else if (strcmp(name, "--layers") == 0) o.layers = value;
         else if (strcmp(name, "--model") == 0) only_choice(name, value, "paraxial");
-        else if (strcmp(name, "--backend") == 0) only_choice(name, value, "software");
+        else if (strcmp(name, "--backend") == 0) o.gl = second_choice(name, value, "software", "gl");
         else if (strcmp(name, "--fov") == 0) o.fov = number(name, value, 0.01, 175);
         else if (strcmp(name, "--fnumber") == 0) o.fnumber = number(name, value, 0.1, 1000);
         else if (strcmp(name, "--rotation") == 0) o.rotation = number(name, value, -3600, 3600);
@@ -428,6 +437,36 @@ static int ends_with(const char *text, const char *end)
     return n >= m && strcmp(text + n - m, end) == 0;
 }
 
+/* The last frame drawn with GL into floats, and read back into the image: what lflare_render does in software. */
+static void render_gl(const lflare *flare, const lflare_image *image)
+{
+    static gl_host host;
+    static char log[2000];
+    gl_api gl;
+    gl_target target;
+    lflare_gl_desc desc = {0};
+    lflare_gl *renderer;
+    lflare_error error;
+    const char *missing;
+    if (!gl_host_open(&host, NULL, 0)) complain("--backend gl: %s", host.why);
+    missing = gl_api_load(&gl, host.load);
+    if (missing != NULL) complain("--backend gl: the GL has no function %s", missing);
+    desc.load = host.load;
+    desc.log = log;
+    desc.log_size = sizeof log;
+    if (lflare_gl_create(&desc, &renderer, &error) != LFLARE_OK) complain("--backend gl: %s%s%s", error.text, log[0] ? "\n" : "", log);
+    if (!gl_target_open(&gl, &target, GL_RGBA32F, image->width, image->height, 0))
+        complain("--backend gl: this GL has no float target of %d x %d pixels", image->width, image->height);
+    gl.ClearColor(0, 0, 0, 0);
+    gl.Clear(GL_COLOR_BUFFER_BIT);
+    if (lflare_gl_draw(renderer, lflare_get_tables(flare), lflare_get_frame(flare)) != LFLARE_OK ||
+        !gl_read_floats(&gl, image->width, image->height, image->pixels))
+        complain("--backend gl: the frame cannot be drawn");
+    gl_target_close(&gl, &target);
+    lflare_gl_destroy(renderer);
+    gl_host_close(&host);
+}
+
 static int command_render(int argc, char **argv)
 {
     static lflare_lens lens;
@@ -465,7 +504,9 @@ static int command_render(int argc, char **argv)
     image.width = o.width;
     image.height = o.height;
     image.pixels = (float *)allocate(pixels, 4 * sizeof(float));
-    if (lflare_frame(flare, &view, &light, 1) != LFLARE_OK || lflare_render(flare, &image) != LFLARE_OK) complain("%s: the frame cannot be drawn", o.operands[0]);
+    if (lflare_frame(flare, &view, &light, 1) != LFLARE_OK) complain("%s: the frame cannot be drawn", o.operands[0]);
+    if (o.gl) render_gl(flare, &image);
+    else if (lflare_render(flare, &image) != LFLARE_OK) complain("%s: the frame cannot be drawn", o.operands[0]);
     if (png) {
         uint8_t *bytes = (uint8_t *)allocate(pixels, 3);
         for (i = 0; i < 4 * pixels; i++) image.pixels[i] = 1 - expf(-image.pixels[i]); /* rolls highlights off */

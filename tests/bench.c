@@ -2,14 +2,7 @@
 #define _POSIX_C_SOURCE 200809L
 #define LENSFLARE_IMPLEMENTATION
 #include "lensflare.h"
-#include <time.h>
-
-static double now(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
+#include "bench.h"
 
 static long allocations;
 
@@ -22,67 +15,10 @@ static void *counting(void *user, void *block, size_t old_size, size_t new_size)
     return realloc(block, new_size);
 }
 
-static int by_value(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-enum { RUNS = 31 };
-
-/* Median seconds of `body`, run RUNS times. */
-#define MEDIAN(result, body)                                 \
-    do {                                                     \
-        double times[RUNS];                                  \
-        int run;                                             \
-        for (run = 0; run < RUNS; run++) {                   \
-            double start = now();                            \
-            body;                                            \
-            times[run] = now() - start;                      \
-        }                                                    \
-        qsort(times, RUNS, sizeof times[0], by_value);       \
-        result = times[RUNS / 2];                            \
-    } while (0)
-
-static lflare *open_lens(const char *path, const lflare_settings *settings)
-{
-    lflare_desc desc = {0};
-    lflare_error error;
-    lflare *flare = NULL;
-    char *text;
-    if (lflare_file_read(path, NULL, NULL, &text, &desc.text_size, &error) < 0) {
-        printf("%s: %s\n", path, error.text);
-        exit(2);
-    }
-    desc.text = text;
-    desc.settings = *settings;
-    desc.allocate = counting;
-    if (lflare_create(&desc, &flare, &error) < 0) {
-        printf("%s:%d:%d: %s\n", path, (int)error.line, (int)error.column, error.text);
-        exit(2);
-    }
-    free(text);
-    return flare;
-}
-
-/* Lights on a slow circle, moved every frame. */
-static void move_lights(lflare_light *lights, int count, int frame)
-{
-    int i;
-    for (i = 0; i < count; i++) {
-        float angle = 0.7f * (float)i + 0.01f * (float)frame, size = 0.05f + 0.012f * (float)i;
-        memset(&lights[i], 0, sizeof lights[i]);
-        lights[i].direction[0] = size * cosf(angle);
-        lights[i].direction[1] = size * sinf(angle);
-        lights[i].direction[2] = -1;
-        lights[i].color[0] = lights[i].color[1] = lights[i].color[2] = 1;
-    }
-}
-
 static void bench_tables(const char *path)
 {
     lflare_settings settings = {0};
-    lflare *flare = open_lens(path, &settings);
+    lflare *flare = open_lens(path, &settings, counting);
     const lflare_lens *lens = lflare_get_lens(flare);
     lflare_tables tables = *lflare_get_tables(flare);
     lflare_tables_size size = lflare_tables_layout(lens, NULL, NULL, &tables);
@@ -197,7 +133,7 @@ static void bench_software(const char *path, double fnumber, float x, float y, f
     lflare *flare;
     double ours, limit, lit;
     settings.fnumber = fnumber;
-    flare = open_lens(path, &settings);
+    flare = open_lens(path, &settings, counting);
     view.width = image.width = W;
     view.height = image.height = H;
     light.direction[0] = x;

@@ -46,6 +46,21 @@ result $? "compare finds a picture equal to itself"
 result $? "compare prints PSNR"
 [ "$("$flare" coating 1 1.5168 --csv | head -1)" = "lambda_nm,R" ] && "$flare" coating 1 1.5 --csv | awk -F, 'NR == 2 {exit !($2 > 0.03999 && $2 < 0.04001)}'
 result $? "coating prints 4 % for bare glass of index 1.5"
+frame="lenses/planar-50-14.lens --size 640x360 --angle 10,6 --fnumber 5.6 --blades 7 --curvature 0.3 --radius 4.65"
+"$flare" render $frame -o "$dir/software.pfm" --backend software
+for host in egl osmesa; do
+    rm -f "$dir/gl.pfm"
+    GL_HOST=$host "$flare" render $frame -o "$dir/gl.pfm" --backend gl 2>"$dir/err"
+    if grep -q 'cannot be loaded' "$dir/err"; then
+        n=$((n + 1))
+        echo "ok $n # SKIP render --backend gl with $host: $(sed 's/^flare: --backend gl: //' "$dir/err")"
+        continue
+    fi
+    sed 's/^/# /' "$dir/err"
+    db=$("$flare" compare "$dir/software.pfm" "$dir/gl.pfm" --json | sed -nE 's/.*"psnr_linear_db": ([0-9]+|null).*/\1/p') # null: equal
+    [ "$db" = null ] || [ "${db:-0}" -ge 50 ]
+    result $? "render --backend gl draws with $host what software does: ${db:-no} dB, linear"
+done
 "$flare" --version | grep -q '^flare [0-9]' && "$flare" --help | grep -q 'flare render' && "$flare" render --help | grep -q 'flare render'
 result $? "--version and --help"
 
@@ -62,6 +77,11 @@ refused "an unknown picture format" "\.png or \.pfm" render $heliar -o "$dir/c.j
 refused "a folder that is not there" "cannot be written" render $heliar -o "$dir/no/c.png"
 refused "two blades" "3 to 16" render $heliar -o "$dir/c.png" --blades 2
 refused "a model of a later version" "paraxial" render $heliar -o "$dir/c.png" --model traced
+refused "an unknown backend" "'software' or 'gl'.*'vulkan'" render $heliar -o "$dir/c.png" --backend vulkan
+GL_HOST=none
+export GL_HOST
+refused "no GL context" '^flare: --backend gl: GL_HOST is neither egl nor osmesa$' render $heliar -o "$dir/c.png" --backend gl
+unset GL_HOST
 "$flare" render $heliar -o "$dir/small.pfm" --size 32x24
 refused "pictures of two sizes" "one size" compare "$dir/a.pfm" "$dir/small.pfm"
 [ ! -e "$dir/c.png" ] && [ -z "$(find "$dir" -name '*.part')" ]
