@@ -189,6 +189,7 @@ static inline int oracle_meet(const lflare_surface *s, long double *p, const lon
     normal[0] = -c * p[0];
     normal[1] = -c * p[1];
     normal[2] = 1 - c * e * p[2];
+    if (!bent && !(normal[2] > 0)) return 0; /* past the equator is another sheet */
     for (k = 0; bent && k < 60; k++) { /* Newton on z - sag(x^2 + y^2) */
         long double r2 = p[0] * p[0] + p[1] * p[1], inner = 1 - e * c * c * r2, sag, slope, power = 1, f, df;
         if (!(inner > 0)) return 0;
