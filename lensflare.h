@@ -186,8 +186,8 @@
    CLIP_DISTANCE4, CLIP_DISTANCE5, CLIP_DISTANCE6, CLIP_DISTANCE7, POLYGON_MODE; COLOR_WRITEMASK, BLEND_SRC_RGB,
    BLEND_DST_RGB, BLEND_SRC_ALPHA, BLEND_DST_ALPHA, BLEND_EQUATION_RGB, BLEND_EQUATION_ALPHA, CURRENT_PROGRAM,
    VERTEX_ARRAY_BINDING, ARRAY_BUFFER_BINDING, UNIFORM_BUFFER_BINDING, PIXEL_UNPACK_BUFFER_BINDING, UNPACK_ALIGNMENT,
-   UNPACK_ROW_LENGTH, UNPACK_SKIP_ROWS, UNPACK_SKIP_PIXELS, DRAW_FRAMEBUFFER_BINDING, VIEWPORT, ACTIVE_TEXTURE; 2D texture
-   and sampler of units 0 to 2; uniform buffer 0 with its range.
+   UNPACK_ROW_LENGTH, UNPACK_SKIP_ROWS, UNPACK_SKIP_PIXELS, in WebGL alone UNPACK_FLIP_Y_WEBGL and
+   UNPACK_PREMULTIPLY_ALPHA_WEBGL, DRAW_FRAMEBUFFER_BINDING, VIEWPORT, ACTIVE_TEXTURE; 2D texture and sampler of units 0 to 2; uniform buffer 0 with its range.
    lflare_gl_draw and lflare_gl_add_half leave framebuffer, viewport and scissor to the caller and so never change them; with
    no_restore lflare_gl_draw_half and lflare_gl_occlusion leave their own bound. Colour mask and blending are those of draw
    buffer 0, put back to all draw buffers. sRGB encoding on write stays the caller's. No transform feedback may be active.
@@ -3745,73 +3745,76 @@ typedef unsigned int lflare__glenum;
 typedef unsigned int lflare__gluint;
 typedef int lflare__glint;
 
-/* One row per function: 1 if only desktop GL has it, result, name, arguments. */
-#define LFLARE__GL_FUNCTIONS(X)                                                                                       \
-    X(0, void, ActiveTexture, (lflare__glenum))                                                                       \
-    X(0, void, AttachShader, (lflare__gluint, lflare__gluint))                                                        \
-    X(0, void, BindAttribLocation, (lflare__gluint, lflare__gluint, const char *))                                    \
-    X(0, void, BindBuffer, (lflare__glenum, lflare__gluint))                                                          \
-    X(0, void, BindBufferBase, (lflare__glenum, lflare__gluint, lflare__gluint))                                      \
-    X(0, void, BindBufferRange, (lflare__glenum, lflare__gluint, lflare__gluint, ptrdiff_t, ptrdiff_t))               \
-    X(0, void, BindFramebuffer, (lflare__glenum, lflare__gluint))                                                     \
-    X(0, void, BindSampler, (lflare__gluint, lflare__gluint))                                                         \
-    X(0, void, BindTexture, (lflare__glenum, lflare__gluint))                                                         \
-    X(0, void, BindVertexArray, (lflare__gluint))                                                                     \
-    X(0, void, BlendEquationSeparate, (lflare__glenum, lflare__glenum))                                               \
-    X(0, void, BlendFuncSeparate, (lflare__glenum, lflare__glenum, lflare__glenum, lflare__glenum))                   \
-    X(0, void, BufferData, (lflare__glenum, ptrdiff_t, const void *, lflare__glenum))                                 \
-    X(0, void, BufferSubData, (lflare__glenum, ptrdiff_t, ptrdiff_t, const void *))                                   \
-    X(0, lflare__glenum, CheckFramebufferStatus, (lflare__glenum))                                                    \
-    X(0, void, ClearBufferfv, (lflare__glenum, lflare__glint, const float *))                                         \
-    X(0, void, ColorMask, (unsigned char, unsigned char, unsigned char, unsigned char))                               \
-    X(0, void, CompileShader, (lflare__gluint))                                                                       \
-    X(0, lflare__gluint, CreateProgram, (void))                                                                       \
-    X(0, lflare__gluint, CreateShader, (lflare__glenum))                                                              \
-    X(0, void, DeleteBuffers, (int, const lflare__gluint *))                                                          \
-    X(0, void, DeleteFramebuffers, (int, const lflare__gluint *))                                                     \
-    X(0, void, DeleteProgram, (lflare__gluint))                                                                       \
-    X(0, void, DeleteSamplers, (int, const lflare__gluint *))                                                         \
-    X(0, void, DeleteShader, (lflare__gluint))                                                                        \
-    X(0, void, DeleteTextures, (int, const lflare__gluint *))                                                         \
-    X(0, void, DeleteVertexArrays, (int, const lflare__gluint *))                                                     \
-    X(0, void, Disable, (lflare__glenum))                                                                             \
-    X(0, void, DrawArraysInstanced, (lflare__glenum, int, int, int))                                                  \
-    X(0, void, Enable, (lflare__glenum))                                                                              \
-    X(0, void, EnableVertexAttribArray, (lflare__gluint))                                                             \
-    X(0, void, FramebufferTexture2D, (lflare__glenum, lflare__glenum, lflare__glenum, lflare__gluint, lflare__glint)) \
-    X(0, void, GenBuffers, (int, lflare__gluint *))                                                                   \
-    X(0, void, GenFramebuffers, (int, lflare__gluint *))                                                              \
-    X(0, void, GenSamplers, (int, lflare__gluint *))                                                                  \
-    X(0, void, GenTextures, (int, lflare__gluint *))                                                                  \
-    X(0, void, GenVertexArrays, (int, lflare__gluint *))                                                              \
-    X(0, lflare__glenum, GetError, (void))                                                                            \
-    X(0, void, GetInteger64i_v, (lflare__glenum, lflare__gluint, int64_t *))                                          \
-    X(0, void, GetIntegeri_v, (lflare__glenum, lflare__gluint, lflare__glint *))                                      \
-    X(0, void, GetIntegerv, (lflare__glenum, lflare__glint *))                                                        \
-    X(0, void, GetProgramInfoLog, (lflare__gluint, int, int *, char *))                                               \
-    X(0, void, GetProgramiv, (lflare__gluint, lflare__glenum, lflare__glint *))                                       \
-    X(0, void, GetShaderInfoLog, (lflare__gluint, int, int *, char *))                                                \
-    X(0, void, GetShaderiv, (lflare__gluint, lflare__glenum, lflare__glint *))                                        \
-    X(0, const unsigned char *, GetString, (lflare__glenum))                                                          \
-    X(0, lflare__gluint, GetUniformBlockIndex, (lflare__gluint, const char *))                                        \
-    X(0, lflare__glint, GetUniformLocation, (lflare__gluint, const char *))                                           \
-    X(0, unsigned char, IsEnabled, (lflare__glenum))                                                                  \
-    X(0, void, LinkProgram, (lflare__gluint))                                                                         \
-    X(0, void, PixelStorei, (lflare__glenum, lflare__glint))                                                          \
-    X(1, void, PolygonMode, (lflare__glenum, lflare__glenum))                                                         \
-    X(0, void, SamplerParameteri, (lflare__gluint, lflare__glenum, lflare__glint))                                    \
-    X(0, void, ShaderSource, (lflare__gluint, int, const char *const *, const lflare__glint *))                       \
-    X(0, void, TexImage2D, (lflare__glenum, lflare__glint, lflare__glint, int, int, lflare__glint, lflare__glenum, lflare__glenum, const void *))\
-    X(0, void, TexParameteri, (lflare__glenum, lflare__glenum, lflare__glint))                                        \
-    X(0, void, Uniform1i, (lflare__glint, lflare__glint))                                                             \
-    X(0, void, Uniform3f, (lflare__glint, float, float, float))                                                       \
-    X(0, void, UniformBlockBinding, (lflare__gluint, lflare__gluint, lflare__gluint))                                 \
-    X(0, void, UseProgram, (lflare__gluint))                                                                          \
-    X(0, void, VertexAttribDivisor, (lflare__gluint, lflare__gluint))                                                 \
-    X(0, void, VertexAttribIPointer, (lflare__gluint, lflare__glint, lflare__glenum, int, const void *))              \
-    X(0, void, Viewport, (lflare__glint, lflare__glint, int, int))
+/* What has a function or a state: all, all but ES and WebGL, WebGL alone. */
+enum { LFLARE__GL_ALL, LFLARE__GL_DESKTOP, LFLARE__GL_WEB };
 
-#define LFLARE__GL_MEMBER(desktop, result, name, arguments) result(LFLARE__GLCALL *name) arguments;
+/* One row per function: who has it, result, name, arguments. */
+#define LFLARE__GL_FUNCTIONS(X)                                                                                       \
+    X(LFLARE__GL_ALL, void, ActiveTexture, (lflare__glenum))                                                                       \
+    X(LFLARE__GL_ALL, void, AttachShader, (lflare__gluint, lflare__gluint))                                                        \
+    X(LFLARE__GL_ALL, void, BindAttribLocation, (lflare__gluint, lflare__gluint, const char *))                                    \
+    X(LFLARE__GL_ALL, void, BindBuffer, (lflare__glenum, lflare__gluint))                                                          \
+    X(LFLARE__GL_ALL, void, BindBufferBase, (lflare__glenum, lflare__gluint, lflare__gluint))                                      \
+    X(LFLARE__GL_ALL, void, BindBufferRange, (lflare__glenum, lflare__gluint, lflare__gluint, ptrdiff_t, ptrdiff_t))               \
+    X(LFLARE__GL_ALL, void, BindFramebuffer, (lflare__glenum, lflare__gluint))                                                     \
+    X(LFLARE__GL_ALL, void, BindSampler, (lflare__gluint, lflare__gluint))                                                         \
+    X(LFLARE__GL_ALL, void, BindTexture, (lflare__glenum, lflare__gluint))                                                         \
+    X(LFLARE__GL_ALL, void, BindVertexArray, (lflare__gluint))                                                                     \
+    X(LFLARE__GL_ALL, void, BlendEquationSeparate, (lflare__glenum, lflare__glenum))                                               \
+    X(LFLARE__GL_ALL, void, BlendFuncSeparate, (lflare__glenum, lflare__glenum, lflare__glenum, lflare__glenum))                   \
+    X(LFLARE__GL_ALL, void, BufferData, (lflare__glenum, ptrdiff_t, const void *, lflare__glenum))                                 \
+    X(LFLARE__GL_ALL, void, BufferSubData, (lflare__glenum, ptrdiff_t, ptrdiff_t, const void *))                                   \
+    X(LFLARE__GL_ALL, lflare__glenum, CheckFramebufferStatus, (lflare__glenum))                                                    \
+    X(LFLARE__GL_ALL, void, ClearBufferfv, (lflare__glenum, lflare__glint, const float *))                                         \
+    X(LFLARE__GL_ALL, void, ColorMask, (unsigned char, unsigned char, unsigned char, unsigned char))                               \
+    X(LFLARE__GL_ALL, void, CompileShader, (lflare__gluint))                                                                       \
+    X(LFLARE__GL_ALL, lflare__gluint, CreateProgram, (void))                                                                       \
+    X(LFLARE__GL_ALL, lflare__gluint, CreateShader, (lflare__glenum))                                                              \
+    X(LFLARE__GL_ALL, void, DeleteBuffers, (int, const lflare__gluint *))                                                          \
+    X(LFLARE__GL_ALL, void, DeleteFramebuffers, (int, const lflare__gluint *))                                                     \
+    X(LFLARE__GL_ALL, void, DeleteProgram, (lflare__gluint))                                                                       \
+    X(LFLARE__GL_ALL, void, DeleteSamplers, (int, const lflare__gluint *))                                                         \
+    X(LFLARE__GL_ALL, void, DeleteShader, (lflare__gluint))                                                                        \
+    X(LFLARE__GL_ALL, void, DeleteTextures, (int, const lflare__gluint *))                                                         \
+    X(LFLARE__GL_ALL, void, DeleteVertexArrays, (int, const lflare__gluint *))                                                     \
+    X(LFLARE__GL_ALL, void, Disable, (lflare__glenum))                                                                             \
+    X(LFLARE__GL_ALL, void, DrawArraysInstanced, (lflare__glenum, int, int, int))                                                  \
+    X(LFLARE__GL_ALL, void, Enable, (lflare__glenum))                                                                              \
+    X(LFLARE__GL_ALL, void, EnableVertexAttribArray, (lflare__gluint))                                                             \
+    X(LFLARE__GL_ALL, void, FramebufferTexture2D, (lflare__glenum, lflare__glenum, lflare__glenum, lflare__gluint, lflare__glint)) \
+    X(LFLARE__GL_ALL, void, GenBuffers, (int, lflare__gluint *))                                                                   \
+    X(LFLARE__GL_ALL, void, GenFramebuffers, (int, lflare__gluint *))                                                              \
+    X(LFLARE__GL_ALL, void, GenSamplers, (int, lflare__gluint *))                                                                  \
+    X(LFLARE__GL_ALL, void, GenTextures, (int, lflare__gluint *))                                                                  \
+    X(LFLARE__GL_ALL, void, GenVertexArrays, (int, lflare__gluint *))                                                              \
+    X(LFLARE__GL_ALL, lflare__glenum, GetError, (void))                                                                            \
+    X(LFLARE__GL_ALL, void, GetInteger64i_v, (lflare__glenum, lflare__gluint, int64_t *))                                          \
+    X(LFLARE__GL_ALL, void, GetIntegeri_v, (lflare__glenum, lflare__gluint, lflare__glint *))                                      \
+    X(LFLARE__GL_ALL, void, GetIntegerv, (lflare__glenum, lflare__glint *))                                                        \
+    X(LFLARE__GL_ALL, void, GetProgramInfoLog, (lflare__gluint, int, int *, char *))                                               \
+    X(LFLARE__GL_ALL, void, GetProgramiv, (lflare__gluint, lflare__glenum, lflare__glint *))                                       \
+    X(LFLARE__GL_ALL, void, GetShaderInfoLog, (lflare__gluint, int, int *, char *))                                                \
+    X(LFLARE__GL_ALL, void, GetShaderiv, (lflare__gluint, lflare__glenum, lflare__glint *))                                        \
+    X(LFLARE__GL_ALL, const unsigned char *, GetString, (lflare__glenum))                                                          \
+    X(LFLARE__GL_ALL, lflare__gluint, GetUniformBlockIndex, (lflare__gluint, const char *))                                        \
+    X(LFLARE__GL_ALL, lflare__glint, GetUniformLocation, (lflare__gluint, const char *))                                           \
+    X(LFLARE__GL_ALL, unsigned char, IsEnabled, (lflare__glenum))                                                                  \
+    X(LFLARE__GL_ALL, void, LinkProgram, (lflare__gluint))                                                                         \
+    X(LFLARE__GL_ALL, void, PixelStorei, (lflare__glenum, lflare__glint))                                                          \
+    X(LFLARE__GL_DESKTOP, void, PolygonMode, (lflare__glenum, lflare__glenum))                                                         \
+    X(LFLARE__GL_ALL, void, SamplerParameteri, (lflare__gluint, lflare__glenum, lflare__glint))                                    \
+    X(LFLARE__GL_ALL, void, ShaderSource, (lflare__gluint, int, const char *const *, const lflare__glint *))                       \
+    X(LFLARE__GL_ALL, void, TexImage2D, (lflare__glenum, lflare__glint, lflare__glint, int, int, lflare__glint, lflare__glenum, lflare__glenum, const void *))\
+    X(LFLARE__GL_ALL, void, TexParameteri, (lflare__glenum, lflare__glenum, lflare__glint))                                        \
+    X(LFLARE__GL_ALL, void, Uniform1i, (lflare__glint, lflare__glint))                                                             \
+    X(LFLARE__GL_ALL, void, Uniform3f, (lflare__glint, float, float, float))                                                       \
+    X(LFLARE__GL_ALL, void, UniformBlockBinding, (lflare__gluint, lflare__gluint, lflare__gluint))                                 \
+    X(LFLARE__GL_ALL, void, UseProgram, (lflare__gluint))                                                                          \
+    X(LFLARE__GL_ALL, void, VertexAttribDivisor, (lflare__gluint, lflare__gluint))                                                 \
+    X(LFLARE__GL_ALL, void, VertexAttribIPointer, (lflare__gluint, lflare__glint, lflare__glenum, int, const void *))              \
+    X(LFLARE__GL_ALL, void, Viewport, (lflare__glint, lflare__glint, int, int))
+
+#define LFLARE__GL_MEMBER(who, result, name, arguments) result(LFLARE__GLCALL *name) arguments;
 typedef struct lflare__glapi {
     LFLARE__GL_FUNCTIONS(LFLARE__GL_MEMBER)
 } lflare__glapi;
@@ -3830,51 +3833,52 @@ enum { LFLARE__GL_RIM, LFLARE__GL_FILL, LFLARE__GL_STRIP, LFLARE__GL_ADD, LFLARE
 enum { LFLARE__GL_LENS, LFLARE__GL_SETTINGS, LFLARE__GL_STRIP_A, LFLARE__GL_STRIP_B, LFLARE__GL_HALF, LFLARE__GL_TEXTURES };
 enum { LFLARE__GL_TO_STRIP_A, LFLARE__GL_TO_STRIP_B, LFLARE__GL_TO_HALF, LFLARE__GL_FRAMEBUFFERS };
 
-/* All state that is touched, in the order of its restoring. Capabilities: enum, desktop only, what drawing needs (2: as
-   the caller has it).
-   Values: enum to ask, desktop only, how many, how to set (v: the values). Per texture unit and the indexed uniform buffer
+/* All state that is touched, in the order of its restoring. Capabilities: enum, who has it, what drawing needs (2: as the
+   caller has it). Values: enum to ask, who has it, how many, how to set (v: the values). Per texture unit and the indexed uniform buffer
    are below. The paragraph "GL STATE" of the documentation lists the same names. */
-#define LFLARE__GL_CAPABILITIES(X)            \
-    X(0x0BE2, 0, 1, BLEND)                    \
-    X(0x0B71, 0, 0, DEPTH_TEST)               \
-    X(0x0B90, 0, 0, STENCIL_TEST)             \
-    X(0x0B44, 0, 0, CULL_FACE)                \
-    X(0x0C11, 0, 2, SCISSOR_TEST)             \
-    X(0x8C89, 0, 0, RASTERIZER_DISCARD)       \
-    X(0x809E, 0, 0, SAMPLE_ALPHA_TO_COVERAGE) \
-    X(0x80A0, 0, 0, SAMPLE_COVERAGE)          \
-    X(0x8E51, 1, 0, SAMPLE_MASK)              \
-    X(0x0BF2, 1, 0, COLOR_LOGIC_OP)           \
-    X(0x3000, 1, 0, CLIP_DISTANCE0)           \
-    X(0x3001, 1, 0, CLIP_DISTANCE1)           \
-    X(0x3002, 1, 0, CLIP_DISTANCE2)           \
-    X(0x3003, 1, 0, CLIP_DISTANCE3)           \
-    X(0x3004, 1, 0, CLIP_DISTANCE4)           \
-    X(0x3005, 1, 0, CLIP_DISTANCE5)           \
-    X(0x3006, 1, 0, CLIP_DISTANCE6)           \
-    X(0x3007, 1, 0, CLIP_DISTANCE7)
+#define LFLARE__GL_CAPABILITIES(X)                         \
+    X(0x0BE2, LFLARE__GL_ALL, 1, BLEND)                    \
+    X(0x0B71, LFLARE__GL_ALL, 0, DEPTH_TEST)               \
+    X(0x0B90, LFLARE__GL_ALL, 0, STENCIL_TEST)             \
+    X(0x0B44, LFLARE__GL_ALL, 0, CULL_FACE)                \
+    X(0x0C11, LFLARE__GL_ALL, 2, SCISSOR_TEST)             \
+    X(0x8C89, LFLARE__GL_ALL, 0, RASTERIZER_DISCARD)       \
+    X(0x809E, LFLARE__GL_ALL, 0, SAMPLE_ALPHA_TO_COVERAGE) \
+    X(0x80A0, LFLARE__GL_ALL, 0, SAMPLE_COVERAGE)          \
+    X(0x8E51, LFLARE__GL_DESKTOP, 0, SAMPLE_MASK)          \
+    X(0x0BF2, LFLARE__GL_DESKTOP, 0, COLOR_LOGIC_OP)       \
+    X(0x3000, LFLARE__GL_DESKTOP, 0, CLIP_DISTANCE0)       \
+    X(0x3001, LFLARE__GL_DESKTOP, 0, CLIP_DISTANCE1)       \
+    X(0x3002, LFLARE__GL_DESKTOP, 0, CLIP_DISTANCE2)       \
+    X(0x3003, LFLARE__GL_DESKTOP, 0, CLIP_DISTANCE3)       \
+    X(0x3004, LFLARE__GL_DESKTOP, 0, CLIP_DISTANCE4)       \
+    X(0x3005, LFLARE__GL_DESKTOP, 0, CLIP_DISTANCE5)       \
+    X(0x3006, LFLARE__GL_DESKTOP, 0, CLIP_DISTANCE6)       \
+    X(0x3007, LFLARE__GL_DESKTOP, 0, CLIP_DISTANCE7)
 
-#define LFLARE__GL_VALUES(X)                                                                                              \
-    X(0x0C23, 0, 4, COLOR_WRITEMASK, gl->ColorMask(v[0] != 0, v[1] != 0, v[2] != 0, v[3] != 0))                           \
-    X(0x80C9, 0, 1, BLEND_SRC_RGB, blend[0] = (lflare__glenum)v[0])                                                       \
-    X(0x80C8, 0, 1, BLEND_DST_RGB, blend[1] = (lflare__glenum)v[0])                                                       \
-    X(0x80CB, 0, 1, BLEND_SRC_ALPHA, blend[2] = (lflare__glenum)v[0])                                                     \
-    X(0x80CA, 0, 1, BLEND_DST_ALPHA, gl->BlendFuncSeparate(blend[0], blend[1], blend[2], (lflare__glenum)v[0]))           \
-    X(0x8009, 0, 1, BLEND_EQUATION_RGB, blend[0] = (lflare__glenum)v[0])                                                  \
-    X(0x883D, 0, 1, BLEND_EQUATION_ALPHA, gl->BlendEquationSeparate(blend[0], (lflare__glenum)v[0]))                      \
-    X(0x8B8D, 0, 1, CURRENT_PROGRAM, gl->UseProgram((lflare__gluint)v[0]))                                                \
-    X(0x85B5, 0, 1, VERTEX_ARRAY_BINDING, gl->BindVertexArray((lflare__gluint)v[0]))                                      \
-    X(0x8894, 0, 1, ARRAY_BUFFER_BINDING, gl->BindBuffer(0x8892, (lflare__gluint)v[0]))                                   \
-    X(0x8A28, 0, 1, UNIFORM_BUFFER_BINDING, gl->BindBuffer(0x8A11, (lflare__gluint)v[0]))                                 \
-    X(0x88EF, 0, 1, PIXEL_UNPACK_BUFFER_BINDING, gl->BindBuffer(0x88EC, (lflare__gluint)v[0]))                            \
-    X(0x0CF5, 0, 1, UNPACK_ALIGNMENT, gl->PixelStorei(0x0CF5, v[0]))                                                      \
-    X(0x0CF2, 0, 1, UNPACK_ROW_LENGTH, gl->PixelStorei(0x0CF2, v[0]))                                                     \
-    X(0x0CF3, 0, 1, UNPACK_SKIP_ROWS, gl->PixelStorei(0x0CF3, v[0]))                                                      \
-    X(0x0CF4, 0, 1, UNPACK_SKIP_PIXELS, gl->PixelStorei(0x0CF4, v[0]))                                                    \
-    X(0x0B40, 1, 2, POLYGON_MODE, gl->PolygonMode(0x0408, (lflare__glenum)v[0]))                                          \
-    X(0x8CA6, 0, 1, DRAW_FRAMEBUFFER_BINDING, gl->BindFramebuffer(0x8CA9, (lflare__gluint)v[0]))                          \
-    X(0x0BA2, 0, 4, VIEWPORT, gl->Viewport(v[0], v[1], v[2], v[3]))                                                       \
-    X(0x84E0, 0, 1, ACTIVE_TEXTURE, gl->ActiveTexture((lflare__glenum)v[0]))
+#define LFLARE__GL_VALUES(X)                                                                                                 \
+    X(0x0C23, LFLARE__GL_ALL, 4, COLOR_WRITEMASK, gl->ColorMask(v[0] != 0, v[1] != 0, v[2] != 0, v[3] != 0))                 \
+    X(0x80C9, LFLARE__GL_ALL, 1, BLEND_SRC_RGB, blend[0] = (lflare__glenum)v[0])                                             \
+    X(0x80C8, LFLARE__GL_ALL, 1, BLEND_DST_RGB, blend[1] = (lflare__glenum)v[0])                                             \
+    X(0x80CB, LFLARE__GL_ALL, 1, BLEND_SRC_ALPHA, blend[2] = (lflare__glenum)v[0])                                           \
+    X(0x80CA, LFLARE__GL_ALL, 1, BLEND_DST_ALPHA, gl->BlendFuncSeparate(blend[0], blend[1], blend[2], (lflare__glenum)v[0])) \
+    X(0x8009, LFLARE__GL_ALL, 1, BLEND_EQUATION_RGB, blend[0] = (lflare__glenum)v[0])                                        \
+    X(0x883D, LFLARE__GL_ALL, 1, BLEND_EQUATION_ALPHA, gl->BlendEquationSeparate(blend[0], (lflare__glenum)v[0]))            \
+    X(0x8B8D, LFLARE__GL_ALL, 1, CURRENT_PROGRAM, gl->UseProgram((lflare__gluint)v[0]))                                      \
+    X(0x85B5, LFLARE__GL_ALL, 1, VERTEX_ARRAY_BINDING, gl->BindVertexArray((lflare__gluint)v[0]))                            \
+    X(0x8894, LFLARE__GL_ALL, 1, ARRAY_BUFFER_BINDING, gl->BindBuffer(0x8892, (lflare__gluint)v[0]))                         \
+    X(0x8A28, LFLARE__GL_ALL, 1, UNIFORM_BUFFER_BINDING, gl->BindBuffer(0x8A11, (lflare__gluint)v[0]))                       \
+    X(0x88EF, LFLARE__GL_ALL, 1, PIXEL_UNPACK_BUFFER_BINDING, gl->BindBuffer(0x88EC, (lflare__gluint)v[0]))                  \
+    X(0x0CF5, LFLARE__GL_ALL, 1, UNPACK_ALIGNMENT, gl->PixelStorei(0x0CF5, v[0]))                                            \
+    X(0x0CF2, LFLARE__GL_ALL, 1, UNPACK_ROW_LENGTH, gl->PixelStorei(0x0CF2, v[0]))                                           \
+    X(0x0CF3, LFLARE__GL_ALL, 1, UNPACK_SKIP_ROWS, gl->PixelStorei(0x0CF3, v[0]))                                            \
+    X(0x0CF4, LFLARE__GL_ALL, 1, UNPACK_SKIP_PIXELS, gl->PixelStorei(0x0CF4, v[0]))                                          \
+    X(0x0B40, LFLARE__GL_DESKTOP, 2, POLYGON_MODE, gl->PolygonMode(0x0408, (lflare__glenum)v[0]))                            \
+    X(0x9240, LFLARE__GL_WEB, 1, UNPACK_FLIP_Y_WEBGL, gl->PixelStorei(0x9240, v[0]))                                         \
+    X(0x9241, LFLARE__GL_WEB, 1, UNPACK_PREMULTIPLY_ALPHA_WEBGL, gl->PixelStorei(0x9241, v[0]))                              \
+    X(0x8CA6, LFLARE__GL_ALL, 1, DRAW_FRAMEBUFFER_BINDING, gl->BindFramebuffer(0x8CA9, (lflare__gluint)v[0]))                \
+    X(0x0BA2, LFLARE__GL_ALL, 4, VIEWPORT, gl->Viewport(v[0], v[1], v[2], v[3]))                                             \
+    X(0x84E0, LFLARE__GL_ALL, 1, ACTIVE_TEXTURE, gl->ActiveTexture((lflare__glenum)v[0]))
 
 #define LFLARE__GL_COUNT(...) +1
 enum { LFLARE__GL_CAPABILITY_COUNT = 0 LFLARE__GL_CAPABILITIES(LFLARE__GL_COUNT), LFLARE__GL_VALUE_COUNT = 0 LFLARE__GL_VALUES(LFLARE__GL_COUNT) };
@@ -3905,7 +3909,7 @@ struct lflare_gl {
     lflare__glapi api;
     lflare_realloc allocate;
     void *user;
-    int32_t no_restore, es, forgotten;
+    int32_t no_restore, es, web, forgotten;
     lflare__gluint programs[LFLARE__GL_PROGRAMS], textures[LFLARE__GL_TEXTURES], framebuffers[LFLARE__GL_FRAMEBUFFERS];
     lflare__gluint vertex_array, instances, uniforms, sampler;
     lflare__glint enlarge;                  /* location of a uniform */
@@ -3928,14 +3932,7 @@ static const char *const lflare__glsl_add_frag[] = {
     "uniform vec3 u_enlarge;\n"
     "in vec2 v_place;\n"
     "out vec4 o_color;\n"
-    "void main()\n"
-    "{\n"
-    "vec2 place = v_place * u_enlarge.xy - 0.5, corner = floor(place), f = place - corner;\n"
-    "ivec2 last = textureSize(u_half_picture, 0) - 1, a = clamp(ivec2(corner), ivec2(0), last), b = min(ivec2(corner) + 1, last);\n"
-    "vec3 low = mix(texelFetch(u_half_picture, a, 0).rgb, texelFetch(u_half_picture, ivec2(b.x, a.y), 0).rgb, f.x);\n"
-    "vec3 high = mix(texelFetch(u_half_picture, ivec2(a.x, b.y), 0).rgb, texelFetch(u_half_picture, b, 0).rgb, f.x);\n"
-    "o_color = vec4(mix(low, high, f.y) * u_enlarge.z, 0.0);\n"
-    "}\n"
+    "void main() { o_color = vec4(texture(u_half_picture, v_place * u_enlarge.xy).rgb * u_enlarge.z, 0.0); }\n"
     , NULL};
 static const char *const lflare__glsl_frame[] = {
     "layout(std140) uniform lflare_frame {\n"
@@ -4285,19 +4282,24 @@ static const char *const lflare__glsl_strip_frag[] = {
     , NULL};
 /* -- shaders end */
 
+static int lflare__gl_has(const lflare_gl *o, int who)
+{
+    return who == LFLARE__GL_ALL || (who == LFLARE__GL_DESKTOP && !o->es) || (who == LFLARE__GL_WEB && o->web);
+}
+
 static void lflare__gl_save(const lflare_gl *o, lflare__glstate *s)
 {
     const lflare__glapi *gl = &o->api;
     int32_t i = 0, k;
     memset(s, 0, sizeof *s);
-#define LFLARE__GL_SAVE(name, desktop, need, text) \
-    if (!(desktop) || !o->es) s->capability[i] = gl->IsEnabled(name); \
+#define LFLARE__GL_SAVE(name, who, need, text) \
+    if (lflare__gl_has(o, who)) s->capability[i] = gl->IsEnabled(name); \
     i++;
     LFLARE__GL_CAPABILITIES(LFLARE__GL_SAVE)
 #undef LFLARE__GL_SAVE
     i = 0;
-#define LFLARE__GL_SAVE(name, desktop, count, text, set) \
-    if (!(desktop) || !o->es) gl->GetIntegerv(name, s->value[i]); \
+#define LFLARE__GL_SAVE(name, who, count, text, set) \
+    if (lflare__gl_has(o, who)) gl->GetIntegerv(name, s->value[i]); \
     i++;
     LFLARE__GL_VALUES(LFLARE__GL_SAVE)
 #undef LFLARE__GL_SAVE
@@ -4316,8 +4318,8 @@ static void lflare__gl_restore(const lflare_gl *o, const lflare__glstate *s)
     const lflare__glapi *gl = &o->api;
     lflare__glenum blend[4] = {0, 0, 0, 0};
     int32_t i = 0, k;
-#define LFLARE__GL_RESTORE(name, desktop, need, text)         \
-    if (!(desktop) || !o->es) {                               \
+#define LFLARE__GL_RESTORE(name, who, need, text)         \
+    if (lflare__gl_has(o, who)) {                         \
         if (s->capability[i]) gl->Enable(name);               \
         else gl->Disable(name);                               \
     }                                                         \
@@ -4334,8 +4336,8 @@ static void lflare__gl_restore(const lflare_gl *o, const lflare__glstate *s)
     else
         gl->BindBufferBase(0x8A11, 0, (lflare__gluint)s->uniform_buffer);
     i = 0;
-#define LFLARE__GL_RESTORE(name, desktop, count, text, set) \
-    if (!(desktop) || !o->es) {                             \
+#define LFLARE__GL_RESTORE(name, who, count, text, set) \
+    if (lflare__gl_has(o, who)) {                             \
         const lflare__glint *v = s->value[i];               \
         set;                                                \
     }                                                       \
@@ -4409,31 +4411,37 @@ static lflare_result lflare__gl_program(lflare_gl *o, int program, const lflare_
 }
 
 /* Unpack state as uploads from memory need it. */
-static void lflare__gl_unpack(const lflare__glapi *gl)
+static void lflare__gl_unpack(const lflare_gl *o)
 {
+    const lflare__glapi *gl = &o->api;
     gl->BindBuffer(0x88EC, 0);
     gl->PixelStorei(0x0CF5, 4);
     gl->PixelStorei(0x0CF2, 0);
     gl->PixelStorei(0x0CF3, 0);
     gl->PixelStorei(0x0CF4, 0);
+    if (o->web) { /* act on uploads from memory too */
+        gl->PixelStorei(0x9240, 0);
+        gl->PixelStorei(0x9241, 0);
+    }
 }
 
-/* Storage as GL names it: internal format, format, type. Never filtered. */
+/* Storage as GL names it. */
 typedef struct lflare__gl_format {
     lflare__glint internal;
     lflare__glenum format, type;
+    lflare__glint filter; /* nearest or linear */
 } lflare__gl_format;
 
-static const lflare__gl_format lflare__gl_rgba32f = {0x8814, 0x1908, 0x1406}, lflare__gl_r32ui = {0x8236, 0x8D94, 0x1405},
-                               lflare__gl_rgba16f = {0x881A, 0x1908, 0x140B}, lflare__gl_rgb10_a2 = {0x8059, 0x1908, 0x8368};
+static const lflare__gl_format lflare__gl_rgba32f = {0x8814, 0x1908, 0x1406, 0x2600}, lflare__gl_r32ui = {0x8236, 0x8D94, 0x1405, 0x2600},
+                               lflare__gl_rgba16f = {0x881A, 0x1908, 0x140B, 0x2601}, lflare__gl_rgb10_a2 = {0x8059, 0x1908, 0x8368, 0x2601};
 
 static void lflare__gl_texture(const lflare__glapi *gl, lflare__gluint texture, const lflare__gl_format *f, int32_t width, int32_t height, const void *texels)
 {
     gl->ActiveTexture(0x84C0);
     gl->BindTexture(0x0DE1, texture);
     gl->TexImage2D(0x0DE1, 0, f->internal, width, height, 0, f->format, f->type, texels);
-    gl->TexParameteri(0x0DE1, 0x2801, 0x2600); /* nearest */
-    gl->TexParameteri(0x0DE1, 0x2800, 0x2600);
+    gl->TexParameteri(0x0DE1, 0x2801, f->filter);
+    gl->TexParameteri(0x0DE1, 0x2800, f->filter);
     gl->TexParameteri(0x0DE1, 0x2802, 0x812F); /* clamp to edge */
     gl->TexParameteri(0x0DE1, 0x2803, 0x812F);
 }
@@ -4453,6 +4461,7 @@ static lflare_result lflare__gl_version(lflare_gl *o, lflare_error *error)
     int32_t number;
     if (version == NULL) return lflare__fail(error, LFLARE_ERROR_GL, 0, 0, "glGetString gives no version: is a context current?");
     o->es = strncmp(version, "OpenGL ES", 9) == 0;
+    o->web = o->es && strstr(version, "WebGL") != NULL;
     while (*at != 0 && (*at < '0' || *at > '9')) at++;
     number = at[0] != 0 && at[1] == '.' ? (at[0] - '0') * 10 + (at[2] - '0') : 0;
     if (number < (o->es ? 30 : 33)) return lflare__fail(error, LFLARE_ERROR_GL, 0, 0, "GL 3.3 or ES 3.0 is needed; this is '%s'", version);
@@ -4467,9 +4476,9 @@ static lflare_result lflare__gl_load(lflare_gl *o, const lflare_gl_desc *desc, l
     memcpy(&o->api.GetString, &f, sizeof f);
     result = lflare__gl_version(o, error);
     if (result != LFLARE_OK) return result;
-#define LFLARE__GL_LOAD(desktop, result, name, arguments)                                                                    \
+#define LFLARE__GL_LOAD(who, result, name, arguments)                                                                    \
     f = desc->load("gl" #name);                                                                                              \
-    if (f == NULL && (!(desktop) || !o->es)) return lflare__fail(error, LFLARE_ERROR_GL, 0, 0, "the GL has no function gl%s", #name); \
+    if (f == NULL && lflare__gl_has(o, who)) return lflare__fail(error, LFLARE_ERROR_GL, 0, 0, "the GL has no function gl%s", #name); \
     memcpy(&o->api.name, &f, sizeof f);
     LFLARE__GL_FUNCTIONS(LFLARE__GL_LOAD)
 #undef LFLARE__GL_LOAD
@@ -4492,7 +4501,7 @@ static lflare_result lflare__gl_objects(lflare_gl *o, lflare_error *error)
     gl->SamplerParameteri(o->sampler, 0x2801, 0x2600); /* nearest, no comparison: whatever the depth texture itself says */
     gl->SamplerParameteri(o->sampler, 0x2800, 0x2600);
     gl->SamplerParameteri(o->sampler, 0x884C, 0);
-    lflare__gl_unpack(gl);
+    lflare__gl_unpack(o);
     for (k = 0; k < 2 && whole; k++) {
         lflare__gl_texture(gl, o->textures[LFLARE__GL_STRIP_A + k], &lflare__gl_r32ui, LFLARE_GL_MAX_LIGHTS, 1, nothing);
         whole = lflare__gl_target(gl, o->framebuffers[LFLARE__GL_TO_STRIP_A + k], o->textures[LFLARE__GL_STRIP_A + k]);
@@ -4588,7 +4597,7 @@ static lflare_result lflare__gl_upload(lflare_gl *o, const lflare_tables *t)
     lflare_result result;
     int lens = !(o->uploaded & 1) || o->lens_hash != t->lens_hash, settings = !(o->uploaded & 2) || o->settings_hash != t->settings_hash;
     if (!lens && !settings) return LFLARE_OK;
-    lflare__gl_unpack(&o->api);
+    lflare__gl_unpack(o);
     if (lens) {
         o->uploaded &= ~1;
         result = lflare__gl_upload_rows(o, o->textures[LFLARE__GL_LENS], t->ghost_count, LFLARE__GL_LENS_TEXELS, t->head, LFLARE_HEAD_FLOATS, t->rims,
@@ -4655,14 +4664,14 @@ static void lflare__gl_bind_texture(const lflare__glapi *gl, lflare__gluint unit
 static void lflare__gl_set_state(const lflare_gl *o)
 {
     const lflare__glapi *gl = &o->api;
-#define LFLARE__GL_SET(name, desktop, need, text) \
-    if (!(desktop) || !o->es) {                   \
+#define LFLARE__GL_SET(name, who, need, text) \
+    if (lflare__gl_has(o, who)) {                   \
         if ((need) == 1) gl->Enable(name);        \
         else if ((need) == 0) gl->Disable(name);  \
     }
     LFLARE__GL_CAPABILITIES(LFLARE__GL_SET)
 #undef LFLARE__GL_SET
-    if (!o->es) gl->PolygonMode(0x0408, 0x1B02);
+    if (lflare__gl_has(o, LFLARE__GL_DESKTOP)) gl->PolygonMode(0x0408, 0x1B02);
     gl->ColorMask(1, 1, 1, 0); /* light is added, alpha stays */
     gl->BlendFuncSeparate(1, 1, 0, 1);
     gl->BlendEquationSeparate(0x8006, 0x8006);
@@ -4720,7 +4729,7 @@ static lflare_result lflare__gl_half_target(lflare_gl *o, int32_t width, int32_t
         return LFLARE_OK;
     }
     o->full_width = 0;
-    lflare__gl_unpack(gl);
+    lflare__gl_unpack(o);
     if (!o->coarse) {
         lflare__gl_texture(gl, texture, &lflare__gl_rgba16f, w, h, NULL);
         o->coarse = !lflare__gl_target(gl, framebuffer, texture);
@@ -4793,7 +4802,8 @@ LFLARE_API lflare_result lflare_gl_add_half(lflare_gl *o)
     lflare__gl_set_state(o);
     lflare__gl_bind_texture(gl, 0, o->textures[LFLARE__GL_HALF], 0);
     gl->UseProgram(o->programs[LFLARE__GL_ADD]);
-    gl->Uniform3f(o->enlarge, 0.5f * (float)o->full_width, 0.5f * (float)o->full_height, 1 / o->half_gain);
+    gl->Uniform3f(o->enlarge, (float)o->full_width / (float)((o->full_width + 1) / 2 * 2), (float)o->full_height / (float)((o->full_height + 1) / 2 * 2),
+                  1 / o->half_gain);
     gl->DrawArraysInstanced(0x0004, 0, 3, 1);
     if (!o->no_restore) lflare__gl_restore(o, &state);
     return LFLARE_OK;
@@ -4872,6 +4882,7 @@ LFLARE_API lflare_result lflare_gl_occlusion(lflare_gl *o, const lflare_light *l
     o->strip_now = !o->strip_now;
     gl->BindFramebuffer(0x8CA9, o->framebuffers[LFLARE__GL_TO_STRIP_A + o->strip_now]);
     lflare__gl_own_viewport(gl, count, 1);
+    gl->Disable(0x0BE2); /* integers do not blend */
     gl->UseProgram(o->programs[LFLARE__GL_STRIP]);
     gl->DrawArraysInstanced(0x0004, 0, 3, 1);
     o->strip_lights = count;

@@ -362,8 +362,8 @@ static void make_hostile(hostile *h, const lflare_gl *gl)
     glPixelStorei(GL_UNPACK_ROW_LENGTH, 77);
     glPixelStorei(GL_UNPACK_SKIP_ROWS, 3);
     glPixelStorei(GL_UNPACK_SKIP_PIXELS, 5);
-#define HOSTILE(name, desktop, need, text) \
-    if (!(desktop) || !gl->es) {           \
+#define HOSTILE(name, who, need, text) \
+    if (lflare__gl_has(gl, who)) {         \
         if (need) glDisable(name);         \
         else glEnable(name);               \
     }
@@ -410,8 +410,8 @@ static void state_is_put_back(void **state)
         lflare__gl_save(gl, &before);
         /* the lists' values are as set: the save itself is checked */
         k = 0;
-#define SAVED(name, desktop, need, text)                                               \
-    if (!(desktop) || !es) assert_int_equal(before.capability[k], (need) ? 0 : 1);     \
+#define SAVED(name, who, need, text)                                               \
+    if (lflare__gl_has(gl, who)) assert_int_equal(before.capability[k], (need) ? 0 : 1);     \
     k++;
         LFLARE__GL_CAPABILITIES(SAVED)
 #undef SAVED
@@ -471,8 +471,8 @@ static void hostile_state_changes_nothing(void **state)
             read_target(hostile_picture);
             assert_memory_equal(calm, hostile_picture, sizeof calm);
             free_hostile(&h);
-#define CALM(name, desktop, need, text) \
-    if (!(desktop) || !es) glDisable(name);
+#define CALM(name, who, need, text) \
+    if (lflare__gl_has(gl, who)) glDisable(name);
             LFLARE__GL_CAPABILITIES(CALM)
 #undef CALM
         }
@@ -934,7 +934,7 @@ static void tables_are_known_by_content(void **state)
 
 static void missing_functions_are_named(void **state)
 {
-#define NAME(desktop, result, name, arguments) "gl" #name,
+#define NAME(who, result, name, arguments) "gl" #name,
     static const char *const names[] = {LFLARE__GL_FUNCTIONS(NAME)};
 #undef NAME
     lflare_gl_desc desc = describe();

@@ -1,0 +1,72 @@
+/* What the bench programs share: a clock, medians, a lens from a file and lights that move. */
+#ifndef BENCH_H
+#define BENCH_H
+
+#include <time.h>
+
+static double now(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static int by_value(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+enum { RUNS = 31 };
+
+/* Median seconds of `body`, run `runs` times, at most RUNS. */
+#define MEDIAN_OF(runs, result, body)                        \
+    do {                                                     \
+        double times[RUNS];                                  \
+        int run;                                             \
+        for (run = 0; run < (runs); run++) {                 \
+            double start = now();                            \
+            body;                                            \
+            times[run] = now() - start;                      \
+        }                                                    \
+        qsort(times, (runs), sizeof times[0], by_value);     \
+        result = times[(runs) / 2];                          \
+    } while (0)
+#define MEDIAN(result, body) MEDIAN_OF(RUNS, result, body)
+
+static lflare *open_lens(const char *path, const lflare_settings *settings, lflare_realloc allocate)
+{
+    lflare_desc desc = {0};
+    lflare_error error;
+    lflare *flare = NULL;
+    char *text;
+    if (lflare_file_read(path, NULL, NULL, &text, &desc.text_size, &error) < 0) {
+        printf("%s: %s\n", path, error.text);
+        exit(2);
+    }
+    desc.text = text;
+    desc.settings = *settings;
+    desc.allocate = allocate;
+    if (lflare_create(&desc, &flare, &error) < 0) {
+        printf("%s:%d:%d: %s\n", path, (int)error.line, (int)error.column, error.text);
+        exit(2);
+    }
+    free(text);
+    return flare;
+}
+
+/* Lights on a slow circle, moved every frame. */
+static void move_lights(lflare_light *lights, int count, int frame)
+{
+    int i;
+    for (i = 0; i < count; i++) {
+        float angle = 0.7f * (float)i + 0.01f * (float)frame, size = 0.05f + 0.012f * (float)i;
+        memset(&lights[i], 0, sizeof lights[i]);
+        lights[i].direction[0] = size * cosf(angle);
+        lights[i].direction[1] = size * sinf(angle);
+        lights[i].direction[2] = -1;
+        lights[i].color[0] = lights[i].color[1] = lights[i].color[2] = 1;
+    }
+}
+
+#endif

@@ -1,0 +1,425 @@
+/* make bench, after bench.c: what the room "gl" costs. First the CPU alone, against functions that do nothing; then, where a
+   context can be had without a window, milliseconds a frame beside a plain fill of as many pixels, the half-size picture, and
+   the fragments shaded against those that add light. */
+#define _POSIX_C_SOURCE 200809L
+#define GL_GLEXT_PROTOTYPES
+#define LENSFLARE_IMPLEMENTATION
+#include "lensflare.h"
+#include <GL/gl.h>
+#include <GL/glext.h>
+#include "bench.h"
+#include "gl_context.h"
+
+enum { W = 1280, H = 720, FRAMES = 15 };
+
+static lflare_gl *create_gl(lflare_gl_loader load, int no_restore)
+{
+    static char log[4096];
+    lflare_gl_desc desc = {0};
+    lflare_gl *gl = NULL;
+    lflare_error error;
+    desc.load = load;
+    desc.no_restore = no_restore;
+    desc.log = log;
+    desc.log_size = sizeof log;
+    if (lflare_gl_create(&desc, &gl, &error) < 0) {
+        printf("%s\n%s\n", error.text, log);
+        exit(2);
+    }
+    return gl;
+}
+
+/* ---- the CPU's share: a GL that does nothing ---- */
+
+static long calls, uploaded;
+
+/* Called with whatever arguments a function has, which the calling conventions of PCs and ARM allow: one for all. */
+static int stub(void)
+{
+    calls++;
+    return 0;
+}
+
+static const GLubyte *stub_string(GLenum name) { (void)name; return (const GLubyte *)"3.3.0 stub"; }
+static GLenum stub_complete(GLenum where) { (void)where; return GL_FRAMEBUFFER_COMPLETE; }
+static void stub_done(GLuint object, GLenum what, GLint *out) { (void)object; (void)what; *out = 1; }
+
+static void stub_names(GLsizei count, GLuint *out)
+{
+    static GLuint next = 1;
+    while (count-- > 0) *out++ = next++;
+}
+
+static void stub_data(GLenum target, GLsizeiptr size, const void *data, GLenum usage)
+{
+    (void)target;
+    (void)usage;
+    calls++;
+    if (data != NULL) uploaded += size;
+}
+
+static void stub_part(GLenum target, GLintptr at, GLsizeiptr size, const void *data)
+{
+    (void)target;
+    (void)at;
+    (void)data;
+    calls++;
+    uploaded += size;
+}
+
+static void stub_image(GLenum target, GLint level, GLint internal, GLsizei width, GLsizei height, GLint border, GLenum format, GLenum type, const void *data)
+{
+    (void)target, (void)level, (void)border, (void)format, (void)type;
+    calls++;
+    if (data != NULL) uploaded += (long)width * height * (internal == GL_RGBA32F ? 16 : 4);
+}
+
+static lflare_gl_function load_stub(const char *name)
+{
+    if (strncmp(name, "glGen", 5) == 0) return (lflare_gl_function)stub_names;
+    if (strcmp(name, "glGetString") == 0) return (lflare_gl_function)stub_string;
+    if (strcmp(name, "glGetShaderiv") == 0 || strcmp(name, "glGetProgramiv") == 0) return (lflare_gl_function)stub_done;
+    if (strcmp(name, "glCheckFramebufferStatus") == 0) return (lflare_gl_function)stub_complete;
+    if (strcmp(name, "glBufferData") == 0) return (lflare_gl_function)stub_data;
+    if (strcmp(name, "glBufferSubData") == 0) return (lflare_gl_function)stub_part;
+    if (strcmp(name, "glTexImage2D") == 0) return (lflare_gl_function)stub_image;
+    return (lflare_gl_function)stub;
+}
+
+static lflare_gl_depth some_depth(void)
+{
+    lflare_gl_depth depth = {0};
+    depth.texture = 1;
+    depth.projection[0] = 1;
+    depth.projection[5] = 16.0f / 9;
+    depth.projection[10] = depth.projection[11] = -1;
+    depth.projection[14] = -0.1f;
+    depth.dt = 0.016f;
+    depth.attack = depth.release = 0.1f;
+    return depth;
+}
+
+static const char *name_of(const lflare *flare)
+{
+    const lflare_lens *lens = lflare_get_lens(flare);
+    return lens != NULL ? lens->prescription.name : "";
+}
+
+static void bench_cpu(const char *path, int no_restore)
+{
+    enum { REPEAT = 100 };
+    lflare_settings settings = {0};
+    lflare *flare = open_lens(path, &settings, NULL);
+    lflare_gl *gl = create_gl(load_stub, no_restore);
+    lflare_gl_depth depth = some_depth();
+    lflare_view view = {0};
+    lflare_light lights[16];
+    const char *name = name_of(flare), *how = no_restore ? "no restore" : "restore";
+    int count, frame = 0, i;
+    double t, occlusion;
+    view.width = W;
+    view.height = H;
+    for (count = 1; count <= 16; count += 15) {
+        int32_t most = 0;
+        move_lights(lights, count, frame);
+        lflare_frame(flare, &view, lights, count);
+        uploaded = 0;
+        lflare_gl_draw(gl, lflare_get_tables(flare), lflare_get_frame(flare));
+        if (count == 1) printf("gl on the CPU, %s, %s: first draw uploads %ld bytes\n", name, how, uploaded);
+        calls = uploaded = 0;
+        MEDIAN(t, {
+            for (i = 0; i < REPEAT; i++) {
+                move_lights(lights, count, frame++);
+                lflare_frame(flare, &view, lights, count);
+                lflare_gl_draw(gl, lflare_get_tables(flare), lflare_get_frame(flare));
+                if (lflare_get_frame(flare)->instance_count > most) most = lflare_get_frame(flare)->instance_count;
+            }
+        });
+        printf("  frame and draw, %2d light%s  %9.3f us   %ld bytes, %ld calls, at most %d instances   (aim for the Canon: %d us)\n", count,
+               count == 1 ? " " : "s", 1e6 * t / REPEAT, uploaded / (RUNS * REPEAT), calls / (RUNS * REPEAT), (int)most, count == 1 ? 15 : 100);
+        calls = uploaded = 0;
+        MEDIAN(occlusion, for (i = 0; i < REPEAT; i++) lflare_gl_occlusion(gl, lights, count, &depth));
+        printf("  occlusion, %2d light%s       %9.3f us   %ld bytes, %ld calls\n", count, count == 1 ? " " : "s", 1e6 * occlusion / REPEAT,
+               uploaded / (RUNS * REPEAT), calls / (RUNS * REPEAT));
+    }
+    lflare_gl_destroy(gl);
+    lflare_destroy(flare);
+}
+
+/* ---- a real context ---- */
+
+static lflare_gl_function load(const char *name) { return (lflare_gl_function)eglGetProcAddress(name); }
+
+/* Puts a main of our own around the ghosts' fragment shaders, which throws away what adds no light. */
+static void lit_source(GLuint shader, GLsizei count, const GLchar *const *pieces, const GLint *lengths)
+{
+    const GLchar *all[32];
+    GLint kind = 0;
+    int i, n = 0, ghost = count < 30 && strstr(pieces[2], "lflare_frame") != NULL;
+    glGetShaderiv(shader, GL_SHADER_TYPE, &kind);
+    if (kind != GL_FRAGMENT_SHADER || !ghost) {
+        glShaderSource(shader, count, pieces, lengths);
+        return;
+    }
+    for (i = 0; i < count; i++) {
+        if (i == 2) all[n++] = "#define main flare_main\n"; /* after version and program */
+        all[n++] = pieces[i];
+    }
+    all[n++] = "#undef main\nvoid main() { flare_main(); if (max(o_color.r, max(o_color.g, o_color.b)) <= 0.0) discard; }\n";
+    glShaderSource(shader, n, all, NULL);
+}
+
+static lflare_gl_function load_lit(const char *name)
+{
+    return strcmp(name, "glShaderSource") == 0 ? (lflare_gl_function)lit_source : load(name);
+}
+
+static void open_target(void)
+{
+    GLuint texture, framebuffer;
+    glGenTextures(1, &texture);
+    glBindTexture(GL_TEXTURE_2D, texture);
+    glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, W, H, 0, GL_RGBA, GL_FLOAT, NULL);
+    glGenFramebuffers(1, &framebuffer);
+    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, texture, 0);
+    if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) exit(2);
+    glViewport(0, 0, W, H);
+}
+
+static GLuint shader_of(GLenum kind, const char *text)
+{
+    GLuint shader = glCreateShader(kind);
+    glShaderSource(shader, 1, &text, NULL);
+    glCompileShader(shader);
+    return shader;
+}
+
+/* One triangle over the viewport, one constant. */
+static GLuint fill_program(void)
+{
+    GLuint program = glCreateProgram();
+    glAttachShader(program, shader_of(GL_VERTEX_SHADER, "#version 330 core\nvoid main() {\n"
+                                                        "gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0); }\n"));
+    glAttachShader(program, shader_of(GL_FRAGMENT_SHADER, "#version 330 core\nout vec4 colour;\nvoid main() { colour = vec4(0.01, 0.02, 0.03, 0.0); }\n"));
+    glLinkProgram(program);
+    return program;
+}
+
+/* The limit: whole rectangles and a part of one, `fragments` in all. */
+static void fill(GLuint program, double fragments)
+{
+    double rows = fragments / W;
+    glEnable(GL_BLEND);
+    glBlendFunc(GL_ONE, GL_ONE);
+    glUseProgram(program);
+    for (; rows >= 1; rows -= H) {
+        glViewport(0, 0, W, rows >= H ? H : (GLsizei)rows);
+        glDrawArrays(GL_TRIANGLES, 0, 3);
+    }
+    glViewport(0, 0, W, H);
+}
+
+/* Work for the GPU, one of three kinds. */
+typedef struct job {
+    lflare_gl *gl; /* NULL: the plain fill */
+    const lflare *flare;
+    int half;
+    GLuint program;
+    double fragments;
+} job;
+
+static void draw(const job *j)
+{
+    if (j->gl == NULL) {
+        fill(j->program, j->fragments);
+    } else if (j->half) {
+        lflare_gl_draw_half(j->gl, lflare_get_tables(j->flare), lflare_get_frame(j->flare));
+        lflare_gl_add_half(j->gl);
+    } else {
+        lflare_gl_draw(j->gl, lflare_get_tables(j->flare), lflare_get_frame(j->flare));
+    }
+}
+
+static double counted(const job *j, GLenum what)
+{
+    GLuint query, result = 0;
+    glGenQueries(1, &query);
+    glBeginQuery(what, query);
+    draw(j);
+    glEndQuery(what);
+    glGetQueryObjectuiv(query, GL_QUERY_RESULT, &result);
+    glDeleteQueries(1, &query);
+    return (double)result;
+}
+
+static double milliseconds(const job *j)
+{
+    double start = now();
+    draw(j);
+    glFinish();
+    return 1e3 * (now() - start);
+}
+
+/* The GPU's own clock; llvmpipe answers too, though it has none. 0 = there is none. */
+static int has_gpu_clock(void)
+{
+    GLint bits = 0;
+    glGetQueryiv(GL_TIME_ELAPSED, GL_QUERY_COUNTER_BITS, &bits);
+    return bits > 0 && strstr((const char *)glGetString(GL_RENDERER), "llvmpipe") == NULL;
+}
+
+static void picture(const job *j, float *pixels)
+{
+    glClear(GL_COLOR_BUFFER_BIT);
+    draw(j);
+    glReadPixels(0, 0, W, H, GL_RGBA, GL_FLOAT, pixels);
+}
+
+/* PSNR over lit pixels, linear; white: the 99.8th percentile of them. */
+static double psnr(const float *a, const float *b)
+{
+    static double most[W * H];
+    double sum = 0, white;
+    size_t i, lit = 0, count = 0;
+    int k;
+    for (i = 0; i < (size_t)W * H; i++) {
+        double m = (double)fmaxf(b[4 * i], fmaxf(b[4 * i + 1], b[4 * i + 2]));
+        if (m > 0) most[lit++] = m;
+    }
+    if (lit == 0) return 0;
+    qsort(most, lit, sizeof most[0], by_value);
+    white = most[(size_t)((double)(lit - 1) * 0.998)];
+    for (i = 0; i < (size_t)W * H; i++) {
+        double error = 0, m = 0;
+        for (k = 0; k < 3; k++) {
+            double x = (double)a[4 * i + (size_t)k] / white, y = (double)b[4 * i + (size_t)k] / white, d = fmin(x, 1) - fmin(y, 1);
+            m = fmax(m, fmax(x, y));
+            error += d * d;
+        }
+        if (m <= 1e-4) continue;
+        sum += error;
+        count += 3;
+    }
+    return sum > 0 ? -10 * log10(sum / (double)count) : 999;
+}
+
+static lflare *frame_of(const char *path, double fnumber, int blades, float radius)
+{
+    lflare_settings settings = {0};
+    lflare_view view = {0};
+    lflare_light light = {{0.0954f, 0, -1}, {1, 1, 1}, {0}, 0, 0, 0}; /* 5.45 degrees */
+    lflare *flare;
+    settings.fnumber = fnumber;
+    settings.blades = blades;
+    flare = open_lens(path, &settings, NULL);
+    view.width = W;
+    view.height = H;
+    light.angular_radius = radius;
+    lflare_frame(flare, &view, &light, 1);
+    return flare;
+}
+
+/* Medians of jobs that take turns, so that whatever else the machine does meets them all alike. */
+static void take_turns(const job *jobs, double *ms, double *gpu)
+{
+    double times[4][FRAMES];
+    int clock = has_gpu_clock(), i, k;
+    for (i = 0; i < 4; i++) draw(&jobs[i]); /* uploads, and whatever is compiled on first use */
+    glFinish();
+    for (k = 0; k < FRAMES; k++)
+        for (i = 0; i < 4; i++) times[i][k] = milliseconds(&jobs[i]);
+    for (i = 0; i < 4; i++) {
+        qsort(times[i], FRAMES, sizeof times[i][0], by_value);
+        ms[i] = times[i][FRAMES / 2];
+        gpu[i] = clock ? 1e-6 * counted(&jobs[i], GL_TIME_ELAPSED) : 0;
+    }
+}
+
+static void bench_time(lflare_gl *gl, GLuint program, const char *path, double fnumber)
+{
+    static float full[4 * W * H], half[4 * W * H];
+    lflare *flare = frame_of(path, fnumber, 0, 0);
+    job jobs[4]; /* whole, its limit, half, its limit */
+    double ms[4], gpu[4];
+    int i;
+    memset(jobs, 0, sizeof jobs);
+    for (i = 0; i < 4; i += 2) {
+        jobs[i].gl = gl;
+        jobs[i].flare = flare;
+        jobs[i].half = i == 2;
+        jobs[i + 1].program = program;
+        jobs[i + 1].fragments = counted(&jobs[i], GL_SAMPLES_PASSED);
+    }
+    take_turns(jobs, ms, gpu);
+    printf("gl, %s, f/%g, light 5.45 degrees off, %d ghosts\n", name_of(flare), fnumber, (int)lflare_get_frame(flare)->instance_count);
+    for (i = 0; i < 4; i += 2) {
+        printf("  %s  %8.2f ms; plain fill of as many fragments (%6.2f million) %8.2f ms; ratio %.2f", i == 0 ? "whole" : "half ", ms[i],
+               1e-6 * jobs[i + 1].fragments, ms[i + 1], ms[i] / ms[i + 1]);
+        if (gpu[i] > 0) printf("; the GPU's clock: %.3f and %.3f ms, ratio %.2f", gpu[i], gpu[i + 1], gpu[i] / gpu[i + 1]);
+        printf("\n");
+    }
+    picture(&jobs[0], full);
+    picture(&jobs[2], half);
+    printf("  half costs %.2f of whole and differs by %.1f dB\n", ms[2] / ms[0], psnr(half, full));
+    lflare_destroy(flare);
+}
+
+/* A ghost's geometry is to lie close around its light. */
+static void bench_fill(lflare_gl *plain, lflare_gl *throwing, const char *path, double fnumber)
+{
+    int variant;
+    for (variant = 0; variant < 4; variant++) {
+        float radius = variant >= 2 ? 0.00465f : 0;
+        lflare *flare = frame_of(path, fnumber, variant % 2 != 0 ? 6 : 0, radius);
+        job j = {0};
+        double shaded, lit;
+        j.flare = flare;
+        j.gl = plain;
+        shaded = counted(&j, GL_SAMPLES_PASSED);
+        j.gl = throwing;
+        lit = counted(&j, GL_SAMPLES_PASSED);
+        printf("fill, %s, f/%g, %s, lamp %4g mrad: %7.3f million fragments shaded, %7.3f lit; ratio %.3f (aim 1.15)\n",
+               name_of(flare), fnumber, variant % 2 != 0 ? "6 blades  " : "round iris", 1e3 * (double)radius, 1e-6 * shaded, 1e-6 * lit,
+               shaded / lit);
+        lflare_destroy(flare);
+    }
+}
+
+static void bench_gpu(void)
+{
+    static const struct {
+        const char *path;
+        double fnumber;
+    } frames[3] = {{"lenses/heliar-tronnier.lens", 22}, {"lenses/nikon-80-200-mid.lens", 2.8}, {"lenses/nikon-80-200-mid.lens", 8}};
+    gl_context context;
+    lflare_gl *gl, *throwing;
+    GLuint program, array;
+    int i;
+    if (!gl_context_open(&context, 0)) {
+        printf("gl: no GL 3.3 without a window here, so nothing is measured on it\n");
+        gl_context_close(&context);
+        return;
+    }
+    printf("gl: %s; %d x %d, RGBA32F\n", (const char *)glGetString(GL_RENDERER), W, H);
+    glGenVertexArrays(1, &array);
+    glBindVertexArray(array);
+    open_target();
+    program = fill_program();
+    gl = create_gl(load, 0);
+    throwing = create_gl(load_lit, 0);
+    for (i = 0; i < 3; i++) bench_time(gl, program, frames[i].path, frames[i].fnumber);
+    for (i = 0; i < 3; i++) bench_fill(gl, throwing, frames[i].path, frames[i].fnumber);
+    if (glGetError() != GL_NO_ERROR) printf("gl: GL complained\n");
+    lflare_gl_destroy(gl);
+    lflare_gl_destroy(throwing);
+    gl_context_close(&context);
+}
+
+int main(void)
+{
+    bench_cpu("lenses/canon-28-80.lens", 1);
+    bench_cpu("lenses/canon-28-80.lens", 0);
+    bench_gpu();
+    return 0;
+}
