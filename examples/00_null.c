@@ -1,5 +1,5 @@
 /* 00_null: the library with no window, no GL and no picture: reads a lens, prints its ghosts and the instances of one frame.
-   Usage: 00_null [LENS]. Read 02_own_renderer.c next to see the instances drawn. */
+   Usage: 00_null [LENS]. Read 01_one_flare.c next to see them drawn with GL, 02_own_renderer.c to draw them yourself. */
 
 #define LENSFLARE_IMPLEMENTATION
 #include "lensflare.h"
