@@ -45,13 +45,13 @@ $(B)/%: examples/%.c lensflare.h | $(B)
 $(B)/test_%: tests/test_%.c lensflare.h $(wildcard tests/*.h) | $(B)
 	$(CC) $(ALL) $< -o $@ -lcmocka -lm
 
-$(B)/test_gl: tests/test_gl.c tests/gl_context.h lensflare.h | $(B)
+$(B)/test_gl: tests/test_gl.c examples/gl_host.h lensflare.h | $(B)
 	$(CC) $(ALL) $< -o $@ -lcmocka -lEGL -lGL -lm
 
 $(B)/bench: tests/bench.c tests/bench.h lensflare.h | $(B)
 	$(CC) $(ALL) $< -o $@ -lm
 
-$(B)/bench_gl: tests/bench_gl.c tests/bench.h tests/gl_context.h lensflare.h | $(B)
+$(B)/bench_gl: tests/bench_gl.c tests/bench.h examples/gl_host.h lensflare.h | $(B)
 	$(CC) $(ALL) $< -o $@ -lEGL -lGL -lm
 
 $(B):

@@ -746,9 +746,9 @@ LFLARE_API lflare_result lflare_gl_create(const lflare_gl_desc *desc, lflare_gl 
 
 /* Adds the frame's ghosts to the bound framebuffer and viewport: two instanced draws, insides and rims, whatever the number of
    lights. Uploads tables that changed since the last draw (allocating then), else 8 bytes an instance and 64 a light. Never
-   reads back, never waits. The target has one colour buffer and is linear (or encodes on write). Half float is best; 8 bits a
-   channel work too, but a ghost fainter than 1/510 adds nothing there: where float targets cannot be blended, that or
-   lflare_render into a texture is what remains. */
+   reads back, never waits. The target has one colour buffer and is linear (or encodes on write). Half float is best. Where
+   float targets cannot be blended 8 bits a channel remain (better sRGB-encoding than linear: a ghost fainter than half a step
+   adds nothing, and rounding adds up over ghosts), or lflare_render into a texture. */
 LFLARE_API lflare_result lflare_gl_draw(lflare_gl *gl, const lflare_tables *tables, const lflare_frame_data *frame);
 
 /* The same for cheap machines, at a quarter of the fragments: draw_half draws into a picture of its own of half the width and
@@ -775,7 +775,8 @@ typedef struct lflare_gl_depth {
 } lflare_gl_depth;
 
 /* Measures on the GPU how much of each light's disc (a texel in radius at least) the depth buffer leaves open, for all draws
-   from now on, until called again; depth NULL ends it. Nothing is read back: it stays in a strip of a texel a light, which the
+   from now on, until called again; depth NULL ends it. Call it once the scene's depth is drawn, before the flare; the texture may
+   stay attached to the bound framebuffer. Nothing is read back: it stays in a strip of a texel a light, which the
    ghosts' vertex shader reads and multiplies by. The part of a disc beyond the frame counts like the frame's nearest edge. The
    fade belongs to a light's index: keep it from frame to frame. At most LFLARE_GL_MAX_LIGHTS lights, which are those given to
    lflare_frame. Cost: one draw of a fragment a light. */
@@ -804,7 +805,8 @@ LFLARE_API lflare_result lflare_create(const lflare_desc *desc, lflare **out, lf
 LFLARE_API void lflare_destroy(lflare *flare); /* NULL is fine */
 
 /* New settings at once, or in steps: begin, then step (each `ghosts` at a time) until it stops returning
-   LFLARE_INCOMPLETE. Frames use the old tables until then. Overrides are copied. */
+   LFLARE_INCOMPLETE. Frames use the old tables until then; the step that completes them empties the last frame, so step before
+   lflare_frame, not after. A begin before that starts over. Overrides are copied. */
 LFLARE_API lflare_result lflare_configure(lflare *flare, const lflare_settings *settings, lflare_error *error);
 LFLARE_API lflare_result lflare_configure_begin(lflare *flare, const lflare_settings *settings, lflare_error *error);
 LFLARE_API lflare_result lflare_configure_step(lflare *flare, int32_t ghosts);
@@ -3826,7 +3828,7 @@ enum {
     LFLARE__GL_LENS_TEXELS = 4 + 3 * LFLARE_MAX_RIMS,
     LFLARE__GL_SETTINGS_TEXELS = 2 * LFLARE_FIELD_SAMPLES + 2,
     LFLARE__GL_RING = 34,   /* vertices of a ghost's rim, of its inside */
-    LFLARE__GL_INSIDE = 16
+    LFLARE__GL_INSIDE = 18
 };
 
 enum { LFLARE__GL_RIM, LFLARE__GL_FILL, LFLARE__GL_STRIP, LFLARE__GL_ADD, LFLARE__GL_PROGRAMS };
@@ -3999,10 +4001,9 @@ static const char *const lflare__glsl_ghost_frag[] = {
     "void main()\n"
     "{\n"
     "int samples = int(v_data[12].w);\n"
-    "float grid = samples > 1 ? 0.25 : 0.0;\n"
-    "vec2 stepx = dFdx(v_position) * grid, stepy = dFdy(v_position) * grid;\n"
+    "float grid = samples > 1 ? 0.25 * u_lens.x : 0.0;\n"
     "vec3 sum = vec3(0.0);\n"
-    "for (int i = 0; i < samples; i++) sum += coverage(v_position + (float(i & 3) - 1.5) * stepx + (float(i >> 2) - 1.5) * stepy);\n"
+    "for (int i = 0; i < samples; i++) sum += coverage(v_position + grid * (vec2(i & 3, i >> 2) - 1.5));\n"
     "o_color = vec4(v_data[12].rgb * sum / v_data[12].w, 0.0);\n"
     "}\n"
     "#endif\n"
@@ -4011,6 +4012,7 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "uniform highp sampler2D u_lens_table;\n"
     "uniform highp sampler2D u_settings_table;\n"
     "uniform highp usampler2D u_visibility;\n"
+    "invariant gl_Position;\n"
     "in uvec4 a_instance;\n"
     "const int CORNERS = 16, EDGES = 5, RIMS = 12, SAMPLES = 64;\n"
     "const int LENS_TEXELS = 4 + 3 * RIMS, SETTINGS_TEXELS = 2 * SAMPLES + 2, ROW = 1024;\n"
@@ -4211,7 +4213,7 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "int corner = gl_VertexID >> 1;\n"
     "bool low = (gl_VertexID & 1) != 0;\n"
     "#else\n"
-    "int corner = (gl_VertexID & 1) != 0 ? (gl_VertexID + 1) / 2 : CORNERS - gl_VertexID / 2;\n"
+    "int corner = gl_VertexID;\n"
     "bool low = true;\n"
     "#endif\n"
     "float turn = 2.0 * PI / float(CORNERS), angle = (float(corner % CORNERS) + 0.37) * turn;\n"
@@ -4226,10 +4228,12 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "float far = max(length(way), 1e-20);\n"
     "position = centre + way * (fine ? 0.0 : min(uncut(way / far, axis, along) / far, 1.0));\n"
     "}\n"
-    "#ifdef RIM\n"
+    "#ifndef RIM\n"
+    "if (gl_VertexID == 0) position = centre;\n"
+    "#else\n"
     "v_position = position;\n"
-    ,
     "#endif\n"
+    ,
     "vec2 shift = u_lens.y * (style1.x * slope + style1.y * vec2(-slope.y, slope.x));\n"
     "gl_Position = vec4(-(position + shift - u_half.zw) / u_half.xy, 0.0, 1.0);\n"
     "}\n"
@@ -4696,9 +4700,9 @@ static void lflare__gl_ghosts(lflare_gl *o, const lflare_frame_data *f, size_t b
     gl->BindBuffer(0x8892, o->instances);
     gl->BufferData(0x8892, (ptrdiff_t)sizeof(lflare_instance) * f->instance_count, f->instances, 0x88E0);
     gl->UseProgram(o->programs[LFLARE__GL_FILL]);
-    gl->DrawArraysInstanced(0x0005, 0, LFLARE__GL_INSIDE, f->instance_count); /* triangle strips */
+    gl->DrawArraysInstanced(0x0006, 0, LFLARE__GL_INSIDE, f->instance_count); /* fans */
     gl->UseProgram(o->programs[LFLARE__GL_RIM]);
-    gl->DrawArraysInstanced(0x0005, 0, LFLARE__GL_RING, f->instance_count);
+    gl->DrawArraysInstanced(0x0005, 0, LFLARE__GL_RING, f->instance_count); /* strips */
 }
 
 LFLARE_API lflare_result lflare_gl_draw(lflare_gl *o, const lflare_tables *t, const lflare_frame_data *f)

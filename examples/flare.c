@@ -339,10 +339,18 @@ static output output_open(const char *path)
     return o;
 }
 
+static int replace(const char *from, const char *to)
+{
+#ifdef _WIN32
+    remove(to); /* rename does not replace there */
+#endif
+    return rename(from, to);
+}
+
 static void output_close(output *o)
 {
     int bad = ferror(o->file);
-    if (fclose(o->file) != 0 || bad || rename(o->part, o->path) != 0) {
+    if (fclose(o->file) != 0 || bad || replace(o->part, o->path) != 0) {
         int why = errno;
         remove(o->part);
         complain("%s: cannot be written: %s", o->path, strerror(why));

@@ -61,10 +61,9 @@ vec3 coverage(vec2 position)
 void main()
 {
     int samples = int(v_data[12].w); /* a ghost of a few pixels: 4 x 4 */
-    float grid = samples > 1 ? 0.25 : 0.0;
-    vec2 stepx = dFdx(v_position) * grid, stepy = dFdy(v_position) * grid;
+    float grid = samples > 1 ? 0.25 * u_lens.x : 0.0;
     vec3 sum = vec3(0.0);
-    for (int i = 0; i < samples; i++) sum += coverage(v_position + (float(i & 3) - 1.5) * stepx + (float(i >> 2) - 1.5) * stepy);
+    for (int i = 0; i < samples; i++) sum += coverage(v_position + grid * (vec2(i & 3, i >> 2) - 1.5));
     o_color = vec4(v_data[12].rgb * sum / v_data[12].w, 0.0);
 }
 #endif

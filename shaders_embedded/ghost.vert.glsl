@@ -1,10 +1,12 @@
 /* One ghost of one light: lflare_footprint_resolve on the GPU, then geometry drawn tightly around it. The program RIM draws
    a ring of 16 corners that holds the soft edges; the program INSIDE what the ring leaves, where nothing is cut and a
-   fragment is one constant. No vertices are read: gl_VertexID, in strip order, says which. */
+   fragment is one constant. No vertices are read: gl_VertexID says which, in the order of a strip
+   for the ring and of a fan for the inside, whose straight sides would leave slivers in a strip. */
 uniform highp sampler2D u_lens_table;     /* per ghost: head, rims */
 uniform highp sampler2D u_settings_table; /* per ghost: field samples, style */
 uniform highp usampler2D u_visibility;    /* one texel a light, the bits of a float */
 
+invariant gl_Position; /* both programs put shared corners on the same pixels */
 in uvec4 a_instance; /* ghost, light, patch, band */
 
 const int CORNERS = 16, EDGES = 5, RIMS = 12, SAMPLES = 64;
@@ -228,7 +230,7 @@ void main()
     int corner = gl_VertexID >> 1;
     bool low = (gl_VertexID & 1) != 0;
 #else
-    int corner = (gl_VertexID & 1) != 0 ? (gl_VertexID + 1) / 2 : CORNERS - gl_VertexID / 2;
+    int corner = gl_VertexID; /* the first stands for the centre */
     bool low = true;
 #endif
     float turn = 2.0 * PI / float(CORNERS), angle = (float(corner % CORNERS) + 0.37) * turn;
@@ -243,7 +245,9 @@ void main()
         float far = max(length(way), 1e-20);
         position = centre + way * (fine ? 0.0 : min(uncut(way / far, axis, along) / far, 1.0));
     }
-#ifdef RIM
+#ifndef RIM
+    if (gl_VertexID == 0) position = centre;
+#else
     v_position = position;
 #endif
     vec2 shift = u_lens.y * (style1.x * slope + style1.y * vec2(-slope.y, slope.x));

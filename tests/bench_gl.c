@@ -8,7 +8,8 @@
 #include <GL/gl.h>
 #include <GL/glext.h>
 #include "bench.h"
-#include "gl_context.h"
+#include <EGL/egl.h>
+#include "examples/gl_host.h"
 
 enum { W = 1280, H = 720, FRAMES = 15 };
 
@@ -392,13 +393,13 @@ static void bench_gpu(void)
         const char *path;
         double fnumber;
     } frames[3] = {{"lenses/heliar-tronnier.lens", 22}, {"lenses/nikon-80-200-mid.lens", 2.8}, {"lenses/nikon-80-200-mid.lens", 8}};
-    gl_context context;
+    gl_host context;
     lflare_gl *gl, *throwing;
     GLuint program, array;
     int i;
-    if (!gl_context_open(&context, 0)) {
+    if (!gl_host_open(&context, "egl", 0)) {
         printf("gl: no GL 3.3 without a window here, so nothing is measured on it\n");
-        gl_context_close(&context);
+        gl_host_close(&context);
         return;
     }
     printf("gl: %s; %d x %d, RGBA32F\n", (const char *)glGetString(GL_RENDERER), W, H);
@@ -413,7 +414,7 @@ static void bench_gpu(void)
     if (glGetError() != GL_NO_ERROR) printf("gl: GL complained\n");
     lflare_gl_destroy(gl);
     lflare_gl_destroy(throwing);
-    gl_context_close(&context);
+    gl_host_close(&context);
 }
 
 int main(void)
