@@ -182,11 +182,11 @@
 
    The lflare_gl functions touch this state and, unless no_restore is set, put it back as it was found (a test compares each
    value): BLEND, DEPTH_TEST, STENCIL_TEST, CULL_FACE, SCISSOR_TEST, RASTERIZER_DISCARD, SAMPLE_ALPHA_TO_COVERAGE,
-   SAMPLE_COVERAGE; not in ES SAMPLE_MASK, COLOR_LOGIC_OP, CLIP_DISTANCE0, CLIP_DISTANCE1, CLIP_DISTANCE2, CLIP_DISTANCE3,
+   SAMPLE_COVERAGE; not in ES (where 3.1 has it too, leave it off) SAMPLE_MASK, COLOR_LOGIC_OP, CLIP_DISTANCE0, CLIP_DISTANCE1, CLIP_DISTANCE2, CLIP_DISTANCE3,
    CLIP_DISTANCE4, CLIP_DISTANCE5, CLIP_DISTANCE6, CLIP_DISTANCE7, POLYGON_MODE; COLOR_WRITEMASK, BLEND_SRC_RGB,
    BLEND_DST_RGB, BLEND_SRC_ALPHA, BLEND_DST_ALPHA, BLEND_EQUATION_RGB, BLEND_EQUATION_ALPHA, CURRENT_PROGRAM,
    VERTEX_ARRAY_BINDING, ARRAY_BUFFER_BINDING, UNIFORM_BUFFER_BINDING, PIXEL_UNPACK_BUFFER_BINDING, UNPACK_ALIGNMENT,
-   UNPACK_ROW_LENGTH, UNPACK_SKIP_ROWS, UNPACK_SKIP_PIXELS, in WebGL alone UNPACK_FLIP_Y_WEBGL and
+   UNPACK_SWAP_BYTES (not in ES), UNPACK_ROW_LENGTH, UNPACK_SKIP_ROWS, UNPACK_SKIP_PIXELS, in WebGL alone UNPACK_FLIP_Y_WEBGL and
    UNPACK_PREMULTIPLY_ALPHA_WEBGL, DRAW_FRAMEBUFFER_BINDING, VIEWPORT, ACTIVE_TEXTURE; 2D texture and sampler of units 0 to 2; uniform buffer 0 with its range.
    lflare_gl_draw and lflare_gl_add_half leave framebuffer, viewport and scissor to the caller and so never change them; with
    no_restore lflare_gl_draw_half and lflare_gl_occlusion leave their own bound. Colour mask and blending are those of draw
@@ -607,6 +607,7 @@ typedef struct lflare_tables {
     lflare_cull *cull;      /* [ghost_count], the first active_count in use, strongest first */
     int32_t active_count, ghost_budget;
     float exposure;         /* gain on the lights' colour */
+    float mean_irradiance;  /* over the frame, of a light of 1 at the exposure's reference, without exposure */
     float fnumber;          /* effective */
     lflare_iris iris;
     uint64_t lens_hash, settings_hash; /* of head and rims, of field and style, by configure_end: upload anew what changed */
@@ -671,7 +672,8 @@ LFLARE_API lflare_result lflare_frame_build(const lflare_tables *tables, const l
                                             lflare_frame_data *frame);
 
 /* A visibility that follows `target` without flicker: returns `now` moved towards it by the share 1 - exp(-dt / attack) of the
-   way up, or with `release` of the way down; times in seconds, 0 = at once. The same after one second at any frame rate. From
+   way up, or with `release` of the way down; times in seconds, 0 = at once; within 1e-5 it is there, so that a hidden light ends
+   up drawing nothing. The same after one second at any frame rate. From
    0.1 s on, a light that leaves hide in every other frame at 60 Hz changes by less than 10 %, what counts as a flash (WCAG 2.3.1). */
 LFLARE_API float lflare_fade(float now, float target, float dt, float attack, float release);
 
@@ -752,8 +754,8 @@ LFLARE_API lflare_result lflare_gl_create(const lflare_gl_desc *desc, lflare_gl 
 LFLARE_API lflare_result lflare_gl_draw(lflare_gl *gl, const lflare_tables *tables, const lflare_frame_data *frame);
 
 /* The same for cheap machines, at a quarter of the fragments: draw_half draws into a picture of its own of half the width and
-   height, add_half adds that, smoothly enlarged, to the bound framebuffer and viewport (bind them between the two calls if
-   no_restore is set; a tiled GPU prefers draw_half before the frame's own pass). The picture is RGBA16F; where that cannot be
+   height, add_half adds that, smoothly enlarged, to the bound framebuffer and viewport (bind them, and your scissor test,
+   between the two calls if no_restore is set; a tiled GPU prefers draw_half before the frame's own pass). The picture is RGBA16F; where that cannot be
    drawn to (ES 3.0 without EXT_color_buffer_half_float or _float) RGB10_A2, which ends at 1 as every target there does. The
    first draw of a size allocates it. */
 LFLARE_API lflare_result lflare_gl_draw_half(lflare_gl *gl, const lflare_tables *tables, const lflare_frame_data *frame);
@@ -778,7 +780,8 @@ typedef struct lflare_gl_depth {
    from now on, until called again; depth NULL ends it. Call it once the scene's depth is drawn, before the flare; the texture may
    stay attached to the bound framebuffer. Nothing is read back: it stays in a strip of a texel a light, which the
    ghosts' vertex shader reads and multiplies by. The part of a disc beyond the frame counts like the frame's nearest edge. The
-   fade belongs to a light's index: keep it from frame to frame. At most LFLARE_GL_MAX_LIGHTS lights, which are those given to
+   fade belongs to a light's index: keep it from frame to frame; an index that was not there last time does not fade in. Use one
+   lflare_gl a view. At most LFLARE_GL_MAX_LIGHTS lights, which are those given to
    lflare_frame. Cost: one draw of a fragment a light. */
 LFLARE_API lflare_result lflare_gl_occlusion(lflare_gl *gl, const lflare_light *lights, int32_t light_count, const lflare_gl_depth *depth);
 
@@ -3114,6 +3117,7 @@ LFLARE_API void lflare_tables_configure_end(lflare_tables *t, const lflare_setti
     ghosts = (size_t)t->ghost_count;
     t->lens_hash = lflare__hash(t->head, ghosts * LFLARE_HEAD_FLOATS, t->rims, ghosts * LFLARE_MAX_RIMS * LFLARE_RIM_FLOATS);
     t->settings_hash = lflare__hash(t->field, ghosts * LFLARE_FIELD_SAMPLES * LFLARE_FIELD_FLOATS, t->style, ghosts * LFLARE_STYLE_FLOATS);
+    t->mean_irradiance = (float)mean;
     t->exposure = exp2f(s->exposure_ev) * (s->raw || !(mean > 0) ? 1 : (float)((double)LFLARE_NORMAL_MEAN / mean));
 }
 
@@ -3234,7 +3238,8 @@ LFLARE_API float lflare_fade(float now, float target, float dt, float attack, fl
 {
     float time = target > now ? attack : release;
     if (!(now - now == 0) || !(time > 0)) return target;
-    return dt > 0 ? now + (target - now) * (1 - expf(-dt / time)) : now;
+    if (dt > 0) now += (target - now) * (1 - expf(-dt / time));
+    return fabsf(target - now) < 1e-5f ? target : now;
 }
 
 LFLARE_API float lflare_edge_coverage(float t)
@@ -3789,7 +3794,6 @@ enum { LFLARE__GL_ALL, LFLARE__GL_DESKTOP, LFLARE__GL_WEB };
     X(LFLARE__GL_ALL, void, GenSamplers, (int, lflare__gluint *))                                                                  \
     X(LFLARE__GL_ALL, void, GenTextures, (int, lflare__gluint *))                                                                  \
     X(LFLARE__GL_ALL, void, GenVertexArrays, (int, lflare__gluint *))                                                              \
-    X(LFLARE__GL_ALL, lflare__glenum, GetError, (void))                                                                            \
     X(LFLARE__GL_ALL, void, GetInteger64i_v, (lflare__glenum, lflare__gluint, int64_t *))                                          \
     X(LFLARE__GL_ALL, void, GetIntegeri_v, (lflare__glenum, lflare__gluint, lflare__glint *))                                      \
     X(LFLARE__GL_ALL, void, GetIntegerv, (lflare__glenum, lflare__glint *))                                                        \
@@ -3836,7 +3840,7 @@ enum { LFLARE__GL_LENS, LFLARE__GL_SETTINGS, LFLARE__GL_STRIP_A, LFLARE__GL_STRI
 enum { LFLARE__GL_TO_STRIP_A, LFLARE__GL_TO_STRIP_B, LFLARE__GL_TO_HALF, LFLARE__GL_FRAMEBUFFERS };
 
 /* All state that is touched, in the order of its restoring. Capabilities: enum, who has it, what drawing needs (2: as the
-   caller has it). Values: enum to ask, who has it, how many, how to set (v: the values). Per texture unit and the indexed uniform buffer
+   caller has it). Values: enum to ask, who has it, how to set (v: the values). Per texture unit and the indexed uniform buffer
    are below. The paragraph "GL STATE" of the documentation lists the same names. */
 #define LFLARE__GL_CAPABILITIES(X)                         \
     X(0x0BE2, LFLARE__GL_ALL, 1, BLEND)                    \
@@ -3858,29 +3862,30 @@ enum { LFLARE__GL_TO_STRIP_A, LFLARE__GL_TO_STRIP_B, LFLARE__GL_TO_HALF, LFLARE_
     X(0x3006, LFLARE__GL_DESKTOP, 0, CLIP_DISTANCE6)       \
     X(0x3007, LFLARE__GL_DESKTOP, 0, CLIP_DISTANCE7)
 
-#define LFLARE__GL_VALUES(X)                                                                                                 \
-    X(0x0C23, LFLARE__GL_ALL, 4, COLOR_WRITEMASK, gl->ColorMask(v[0] != 0, v[1] != 0, v[2] != 0, v[3] != 0))                 \
-    X(0x80C9, LFLARE__GL_ALL, 1, BLEND_SRC_RGB, blend[0] = (lflare__glenum)v[0])                                             \
-    X(0x80C8, LFLARE__GL_ALL, 1, BLEND_DST_RGB, blend[1] = (lflare__glenum)v[0])                                             \
-    X(0x80CB, LFLARE__GL_ALL, 1, BLEND_SRC_ALPHA, blend[2] = (lflare__glenum)v[0])                                           \
-    X(0x80CA, LFLARE__GL_ALL, 1, BLEND_DST_ALPHA, gl->BlendFuncSeparate(blend[0], blend[1], blend[2], (lflare__glenum)v[0])) \
-    X(0x8009, LFLARE__GL_ALL, 1, BLEND_EQUATION_RGB, blend[0] = (lflare__glenum)v[0])                                        \
-    X(0x883D, LFLARE__GL_ALL, 1, BLEND_EQUATION_ALPHA, gl->BlendEquationSeparate(blend[0], (lflare__glenum)v[0]))            \
-    X(0x8B8D, LFLARE__GL_ALL, 1, CURRENT_PROGRAM, gl->UseProgram((lflare__gluint)v[0]))                                      \
-    X(0x85B5, LFLARE__GL_ALL, 1, VERTEX_ARRAY_BINDING, gl->BindVertexArray((lflare__gluint)v[0]))                            \
-    X(0x8894, LFLARE__GL_ALL, 1, ARRAY_BUFFER_BINDING, gl->BindBuffer(0x8892, (lflare__gluint)v[0]))                         \
-    X(0x8A28, LFLARE__GL_ALL, 1, UNIFORM_BUFFER_BINDING, gl->BindBuffer(0x8A11, (lflare__gluint)v[0]))                       \
-    X(0x88EF, LFLARE__GL_ALL, 1, PIXEL_UNPACK_BUFFER_BINDING, gl->BindBuffer(0x88EC, (lflare__gluint)v[0]))                  \
-    X(0x0CF5, LFLARE__GL_ALL, 1, UNPACK_ALIGNMENT, gl->PixelStorei(0x0CF5, v[0]))                                            \
-    X(0x0CF2, LFLARE__GL_ALL, 1, UNPACK_ROW_LENGTH, gl->PixelStorei(0x0CF2, v[0]))                                           \
-    X(0x0CF3, LFLARE__GL_ALL, 1, UNPACK_SKIP_ROWS, gl->PixelStorei(0x0CF3, v[0]))                                            \
-    X(0x0CF4, LFLARE__GL_ALL, 1, UNPACK_SKIP_PIXELS, gl->PixelStorei(0x0CF4, v[0]))                                          \
-    X(0x0B40, LFLARE__GL_DESKTOP, 2, POLYGON_MODE, gl->PolygonMode(0x0408, (lflare__glenum)v[0]))                            \
-    X(0x9240, LFLARE__GL_WEB, 1, UNPACK_FLIP_Y_WEBGL, gl->PixelStorei(0x9240, v[0]))                                         \
-    X(0x9241, LFLARE__GL_WEB, 1, UNPACK_PREMULTIPLY_ALPHA_WEBGL, gl->PixelStorei(0x9241, v[0]))                              \
-    X(0x8CA6, LFLARE__GL_ALL, 1, DRAW_FRAMEBUFFER_BINDING, gl->BindFramebuffer(0x8CA9, (lflare__gluint)v[0]))                \
-    X(0x0BA2, LFLARE__GL_ALL, 4, VIEWPORT, gl->Viewport(v[0], v[1], v[2], v[3]))                                             \
-    X(0x84E0, LFLARE__GL_ALL, 1, ACTIVE_TEXTURE, gl->ActiveTexture((lflare__glenum)v[0]))
+#define LFLARE__GL_VALUES(X)                                                                                              \
+    X(0x0C23, LFLARE__GL_ALL, COLOR_WRITEMASK, gl->ColorMask(v[0] != 0, v[1] != 0, v[2] != 0, v[3] != 0))                 \
+    X(0x80C9, LFLARE__GL_ALL, BLEND_SRC_RGB, blend[0] = (lflare__glenum)v[0])                                             \
+    X(0x80C8, LFLARE__GL_ALL, BLEND_DST_RGB, blend[1] = (lflare__glenum)v[0])                                             \
+    X(0x80CB, LFLARE__GL_ALL, BLEND_SRC_ALPHA, blend[2] = (lflare__glenum)v[0])                                           \
+    X(0x80CA, LFLARE__GL_ALL, BLEND_DST_ALPHA, gl->BlendFuncSeparate(blend[0], blend[1], blend[2], (lflare__glenum)v[0])) \
+    X(0x8009, LFLARE__GL_ALL, BLEND_EQUATION_RGB, blend[0] = (lflare__glenum)v[0])                                        \
+    X(0x883D, LFLARE__GL_ALL, BLEND_EQUATION_ALPHA, gl->BlendEquationSeparate(blend[0], (lflare__glenum)v[0]))            \
+    X(0x8B8D, LFLARE__GL_ALL, CURRENT_PROGRAM, gl->UseProgram((lflare__gluint)v[0]))                                      \
+    X(0x85B5, LFLARE__GL_ALL, VERTEX_ARRAY_BINDING, gl->BindVertexArray((lflare__gluint)v[0]))                            \
+    X(0x8894, LFLARE__GL_ALL, ARRAY_BUFFER_BINDING, gl->BindBuffer(0x8892, (lflare__gluint)v[0]))                         \
+    X(0x8A28, LFLARE__GL_ALL, UNIFORM_BUFFER_BINDING, gl->BindBuffer(0x8A11, (lflare__gluint)v[0]))                       \
+    X(0x88EF, LFLARE__GL_ALL, PIXEL_UNPACK_BUFFER_BINDING, gl->BindBuffer(0x88EC, (lflare__gluint)v[0]))                  \
+    X(0x0CF5, LFLARE__GL_ALL, UNPACK_ALIGNMENT, gl->PixelStorei(0x0CF5, v[0]))                                            \
+    X(0x0CF0, LFLARE__GL_DESKTOP, UNPACK_SWAP_BYTES, gl->PixelStorei(0x0CF0, v[0]))                                       \
+    X(0x0CF2, LFLARE__GL_ALL, UNPACK_ROW_LENGTH, gl->PixelStorei(0x0CF2, v[0]))                                           \
+    X(0x0CF3, LFLARE__GL_ALL, UNPACK_SKIP_ROWS, gl->PixelStorei(0x0CF3, v[0]))                                            \
+    X(0x0CF4, LFLARE__GL_ALL, UNPACK_SKIP_PIXELS, gl->PixelStorei(0x0CF4, v[0]))                                          \
+    X(0x0B40, LFLARE__GL_DESKTOP, POLYGON_MODE, gl->PolygonMode(0x0408, (lflare__glenum)v[0]))                            \
+    X(0x9240, LFLARE__GL_WEB, UNPACK_FLIP_Y_WEBGL, gl->PixelStorei(0x9240, v[0]))                                         \
+    X(0x9241, LFLARE__GL_WEB, UNPACK_PREMULTIPLY_ALPHA_WEBGL, gl->PixelStorei(0x9241, v[0]))                              \
+    X(0x8CA6, LFLARE__GL_ALL, DRAW_FRAMEBUFFER_BINDING, gl->BindFramebuffer(0x8CA9, (lflare__gluint)v[0]))                \
+    X(0x0BA2, LFLARE__GL_ALL, VIEWPORT, gl->Viewport(v[0], v[1], v[2], v[3]))                                             \
+    X(0x84E0, LFLARE__GL_ALL, ACTIVE_TEXTURE, gl->ActiveTexture((lflare__glenum)v[0]))
 
 #define LFLARE__GL_COUNT(...) +1
 enum { LFLARE__GL_CAPABILITY_COUNT = 0 LFLARE__GL_CAPABILITIES(LFLARE__GL_COUNT), LFLARE__GL_VALUE_COUNT = 0 LFLARE__GL_VALUES(LFLARE__GL_COUNT) };
@@ -3918,9 +3923,9 @@ struct lflare_gl {
     uint64_t lens_hash, settings_hash;      /* of what was uploaded */
     int32_t uploaded;                       /* bit 0: something of the lens, bit 1: of the settings */
     int32_t strip_lights, strip_now;        /* lights that the strip holds, which of the two strips */
-    int32_t strip_started;
     int32_t full_width, full_height;        /* of the half-size picture, when enlarged; 0 = none */
-    int32_t coarse;                         /* it is RGB10_A2 */
+    int32_t half_empty, coarse;             /* nothing was drawn into it; it is RGB10_A2 */
+    lflare__glint max_size;                 /* of a texture */
     float half_gain;                        /* on what is stored in it */
     union {
         lflare__gl_frame frame;
@@ -4259,16 +4264,17 @@ static const char *const lflare__glsl_strip_frag[] = {
     "const float TURN = 2.3075, START = 0.55;\n"
     "float disc_open(vec4 disc)\n"
     "{\n"
-    "vec2 from = u_region.xy, size = u_region.z > 0.0 ? u_region.zw : vec2(textureSize(u_depth, 0)), last = from + size - 1.0;\n"
+    "vec2 whole = vec2(textureSize(u_depth, 0)), size = u_region.z > 0.0 ? u_region.zw : whole;\n"
+    "vec2 last = min(u_region.xy + size, whole) - 1.0, from = min(u_region.xy, last);\n"
     "vec3 middle = normalize(vec3(disc.xy, -1.0)), across = normalize(cross(middle, vec3(0.0, 1.0, 0.0))), up = cross(across, middle);\n"
-    "float radius = max(disc.z, 2.0 / (size.y * length(u_clip[1].xyz))), open = 0.0;\n"
+    "float radius = max(disc.z, 2.0 / (size.y * length(u_clip[1].xy))), open = 0.0;\n"
     "mat3 turned = mat3(across, up, middle), place = transpose(mat3(u_clip[0].xyz, u_clip[1].xyz, u_clip[2].xyz)) * turned;\n"
     "for (float i = START; i < u_fade.w; i += 4.0) {\n"
     "vec4 at = vec4(i, i + 1.0, i + 2.0, i + 3.0), far = radius * sqrt(at / u_fade.w), depth;\n"
     "vec4 x = far * cos(TURN * at), y = far * sin(TURN * at);\n"
     "for (int k = 0; k < 4; k++) {\n"
     "vec3 clip = place * vec3(x[k], y[k], 1.0);\n"
-    "vec2 texel = from + size * (0.5 + 0.5 * clip.xy / max(clip.z, 1e-3));\n"
+    "vec2 texel = u_region.xy + size * (0.5 + 0.5 * clip.xy / max(clip.z, 1e-3));\n"
     "depth[k] = texelFetch(u_depth, ivec2(clamp(texel, from, last)), 0).r;\n"
     "}\n"
     "open += dot(step(0.0, (depth - disc.w) * u_fade.z), vec4(1.0));\n"
@@ -4281,7 +4287,9 @@ static const char *const lflare__glsl_strip_frag[] = {
     "float before = uintBitsToFloat(texelFetch(u_before, ivec2(light, 0), 0).r), now = 0.0;\n"
     "vec4 disc = u_disc[light];\n"
     "if (disc.z >= 0.0) now = disc_open(disc);\n"
-    "o_visibility = floatBitsToUint(before + (now - before) * (now > before ? u_fade.x : u_fade.y));\n"
+    "float faded = before + (now - before) * (now > before ? u_fade.x : u_fade.y);\n"
+    "if (light >= int(u_clip[0].w) || abs(now - faded) < 1e-5) faded = now;\n"
+    "o_visibility = floatBitsToUint(faded);\n"
     "}\n"
     , NULL};
 /* -- shaders end */
@@ -4302,7 +4310,7 @@ static void lflare__gl_save(const lflare_gl *o, lflare__glstate *s)
     LFLARE__GL_CAPABILITIES(LFLARE__GL_SAVE)
 #undef LFLARE__GL_SAVE
     i = 0;
-#define LFLARE__GL_SAVE(name, who, count, text, set) \
+#define LFLARE__GL_SAVE(name, who, text, set) \
     if (lflare__gl_has(o, who)) gl->GetIntegerv(name, s->value[i]); \
     i++;
     LFLARE__GL_VALUES(LFLARE__GL_SAVE)
@@ -4340,7 +4348,7 @@ static void lflare__gl_restore(const lflare_gl *o, const lflare__glstate *s)
     else
         gl->BindBufferBase(0x8A11, 0, (lflare__gluint)s->uniform_buffer);
     i = 0;
-#define LFLARE__GL_RESTORE(name, who, count, text, set) \
+#define LFLARE__GL_RESTORE(name, who, text, set) \
     if (lflare__gl_has(o, who)) {                             \
         const lflare__glint *v = s->value[i];               \
         set;                                                \
@@ -4423,6 +4431,7 @@ static void lflare__gl_unpack(const lflare_gl *o)
     gl->PixelStorei(0x0CF2, 0);
     gl->PixelStorei(0x0CF3, 0);
     gl->PixelStorei(0x0CF4, 0);
+    if (lflare__gl_has(o, LFLARE__GL_DESKTOP)) gl->PixelStorei(0x0CF0, 0);
     if (o->web) { /* act on uploads from memory too */
         gl->PixelStorei(0x9240, 0);
         gl->PixelStorei(0x9241, 0);
@@ -4510,6 +4519,9 @@ static lflare_result lflare__gl_objects(lflare_gl *o, lflare_error *error)
         lflare__gl_texture(gl, o->textures[LFLARE__GL_STRIP_A + k], &lflare__gl_r32ui, LFLARE_GL_MAX_LIGHTS, 1, nothing);
         whole = lflare__gl_target(gl, o->framebuffers[LFLARE__GL_TO_STRIP_A + k], o->textures[LFLARE__GL_STRIP_A + k]);
     }
+    lflare__gl_texture(gl, o->textures[LFLARE__GL_HALF], &lflare__gl_rgba16f, 1, 1, NULL);
+    o->coarse = !lflare__gl_target(gl, o->framebuffers[LFLARE__GL_TO_HALF], o->textures[LFLARE__GL_HALF]);
+    gl->GetIntegerv(0x0D33, &o->max_size);
     gl->BindVertexArray(o->vertex_array);
     gl->BindBuffer(0x8892, o->instances);
     gl->EnableVertexAttribArray(0);
@@ -4705,13 +4717,19 @@ static void lflare__gl_ghosts(lflare_gl *o, const lflare_frame_data *f, size_t b
     gl->DrawArraysInstanced(0x0005, 0, LFLARE__GL_RING, f->instance_count); /* strips */
 }
 
+static lflare_result lflare__gl_valid(const lflare_gl *o, const lflare_tables *t, const lflare_frame_data *f)
+{
+    if (o == NULL || t == NULL || f == NULL || o->forgotten || f->width < 1 || f->height < 1 || f->light_count < 0 || f->instance_count < 0)
+        return LFLARE_ERROR_ARGUMENT;
+    return f->light_count > LFLARE_GL_MAX_LIGHTS ? LFLARE_ERROR_LIMIT : LFLARE_OK;
+}
+
 LFLARE_API lflare_result lflare_gl_draw(lflare_gl *o, const lflare_tables *t, const lflare_frame_data *f)
 {
     lflare__glstate state;
     lflare_result result;
-    if (o == NULL || t == NULL || f == NULL || o->forgotten) return LFLARE_ERROR_ARGUMENT;
-    if (f->light_count > LFLARE_GL_MAX_LIGHTS) return LFLARE_ERROR_LIMIT;
-    if (f->instance_count == 0) return LFLARE_OK;
+    lflare_result valid = lflare__gl_valid(o, t, f);
+    if (valid != LFLARE_OK || f->instance_count == 0) return valid;
     if (!o->no_restore) lflare__gl_save(o, &state);
     result = lflare__gl_upload(o, t);
     if (result == LFLARE_OK) {
@@ -4733,30 +4751,29 @@ static lflare_result lflare__gl_half_target(lflare_gl *o, int32_t width, int32_t
         return LFLARE_OK;
     }
     o->full_width = 0;
+    if (w > o->max_size || h > o->max_size) return LFLARE_ERROR_LIMIT;
     lflare__gl_unpack(o);
-    if (!o->coarse) {
-        lflare__gl_texture(gl, texture, &lflare__gl_rgba16f, w, h, NULL);
-        o->coarse = !lflare__gl_target(gl, framebuffer, texture);
-    }
-    if (o->coarse) {
-        lflare__gl_texture(gl, texture, &lflare__gl_rgb10_a2, w, h, NULL);
-        if (!lflare__gl_target(gl, framebuffer, texture)) return LFLARE_ERROR_GL;
-    }
+    lflare__gl_texture(gl, texture, o->coarse ? &lflare__gl_rgb10_a2 : &lflare__gl_rgba16f, w, h, NULL);
+    if (!lflare__gl_target(gl, framebuffer, texture)) return LFLARE_ERROR_GL;
     o->full_width = width;
     o->full_height = height;
     return LFLARE_OK;
 }
 
-/* Half floats end at 65504 and 6e-8: a power of two brings the strongest light's flare to where normalised exposure has it. */
+/* Half floats end at 65504 and 6e-8: a power of two brings the flare of the strongest light that draws something to 32 times
+   where normalised exposure has it (pictures of all shipped lenses then stay below 16,000). */
 static float lflare__gl_half_gain(const lflare_tables *t, const lflare_frame_data *f)
 {
-    float strongest = 0, mean = 0;
-    int32_t i;
-    for (i = 0; i < f->light_count; i++)
-        strongest = lflare__maxf(strongest, lflare__maxf(f->lights[i].irradiance[0], lflare__maxf(f->lights[i].irradiance[1], f->lights[i].irradiance[2])));
-    for (i = 0; i < t->ghost_count; i++) mean += t->rank[2 * i + 1];
-    strongest *= mean / LFLARE_NORMAL_MEAN;
-    return strongest > 1e-30f && strongest < 1e30f ? ldexpf(1, -ilogbf(strongest)) : 1;
+    float strongest = 0;
+    int32_t i, light = -1;
+    for (i = 0; i < f->instance_count; i++) {
+        const lflare_frame_light *l = &f->lights[f->instances[i].light];
+        if (f->instances[i].light == light) continue;
+        light = f->instances[i].light;
+        strongest = lflare__maxf(strongest, lflare__maxf(l->irradiance[0], lflare__maxf(l->irradiance[1], l->irradiance[2])));
+    }
+    strongest *= t->mean_irradiance / LFLARE_NORMAL_MEAN;
+    return strongest > 1e-30f && strongest < 1e30f ? ldexpf(1, 5 - ilogbf(strongest)) : 1;
 }
 
 /* The same frame, seen by a target of half its pixels, rounded up: an odd pixel at the right and top falls outside the frame. */
@@ -4778,9 +4795,10 @@ LFLARE_API lflare_result lflare_gl_draw_half(lflare_gl *o, const lflare_tables *
 {
     static const float black[4] = {0, 0, 0, 0};
     lflare__glstate state;
-    lflare_result result;
-    if (o == NULL || t == NULL || f == NULL || o->forgotten || f->width < 1 || f->height < 1) return LFLARE_ERROR_ARGUMENT;
-    if (f->light_count > LFLARE_GL_MAX_LIGHTS) return LFLARE_ERROR_LIMIT;
+    lflare_result result = lflare__gl_valid(o, t, f);
+    if (result != LFLARE_OK) return result;
+    o->half_empty = f->instance_count == 0;
+    if (o->half_empty) return LFLARE_OK;
     if (!o->no_restore) lflare__gl_save(o, &state);
     result = lflare__gl_upload(o, t);
     if (result == LFLARE_OK) result = lflare__gl_half_target(o, f->width, f->height);
@@ -4790,7 +4808,7 @@ LFLARE_API lflare_result lflare_gl_draw_half(lflare_gl *o, const lflare_tables *
         lflare__gl_set_state(o);
         lflare__gl_own_viewport(&o->api, (f->width + 1) / 2, (f->height + 1) / 2);
         o->api.ClearBufferfv(0x1800, 0, black); /* colour */
-        if (f->instance_count > 0) lflare__gl_ghosts(o, f, bytes);
+        lflare__gl_ghosts(o, f, bytes);
     }
     if (!o->no_restore) lflare__gl_restore(o, &state);
     return result;
@@ -4800,7 +4818,8 @@ LFLARE_API lflare_result lflare_gl_add_half(lflare_gl *o)
 {
     const lflare__glapi *gl;
     lflare__glstate state;
-    if (o == NULL || o->forgotten || o->full_width == 0) return LFLARE_ERROR_ARGUMENT;
+    if (o == NULL || o->forgotten || (o->full_width == 0 && !o->half_empty)) return LFLARE_ERROR_ARGUMENT;
+    if (o->half_empty) return LFLARE_OK;
     gl = &o->api;
     if (!o->no_restore) lflare__gl_save(o, &state);
     lflare__gl_set_state(o);
@@ -4828,7 +4847,8 @@ static int lflare__valid_depth(const lflare_gl_depth *d)
     float sum = d->depth_range[0] + d->depth_range[1] + d->sky_distance + d->bias + d->dt + d->attack + d->release;
     int k;
     for (k = 0; k < 16; k++) sum += d->projection[k];
-    return lflare__finite((double)sum) && d->projection[11] < 0 && d->projection[14] != 0 && d->region[2] >= 0 && d->region[3] >= 0 && d->sky_distance >= 0 &&
+    return lflare__finite((double)sum) && d->projection[11] < 0 && d->projection[14] != 0 && d->region[0] >= 0 && d->region[1] >= 0 &&
+           (d->region[2] > 0 ? d->region[3] > 0 : d->region[2] == 0 && d->region[3] == 0) && d->texture != 0 && d->sky_distance >= 0 &&
            d->samples >= 0 && d->samples <= 1024;
 }
 
@@ -4836,18 +4856,18 @@ static int lflare__valid_depth(const lflare_gl_depth *d)
 static size_t lflare__gl_fill_strip(lflare_gl *o, const lflare_light *lights, int32_t count, const lflare_gl_depth *d)
 {
     lflare__gl_strip *u = &o->block.strip;
-    int fresh = d->reset || !o->strip_started;
-    float direction = d->depth_range[1] < d->depth_range[0] ? -1.0f : 1.0f;
+    float direction = d->depth_range[1] < d->depth_range[0] ? -1.0f : 1.0f, scale = -1 / d->projection[11];
     int32_t i, k;
     memset(u, 0, offsetof(lflare__gl_strip, disc));
     for (k = 0; k < 3; k++) {
-        u->clip[0][k] = d->projection[4 * k];
-        u->clip[1][k] = d->projection[4 * k + 1];
-        u->clip[2][k] = d->projection[4 * k + 3];
+        u->clip[0][k] = scale * d->projection[4 * k];
+        u->clip[1][k] = scale * d->projection[4 * k + 1];
+        u->clip[2][k] = scale * d->projection[4 * k + 3];
     }
+    u->clip[0][3] = d->reset ? 0 : (float)o->strip_lights;
     for (k = 0; k < 4; k++) u->region[k] = (float)d->region[k];
-    u->fade[0] = lflare_fade(0, 1, d->dt, fresh ? 0 : d->attack, 0);
-    u->fade[1] = 1 - lflare_fade(1, 0, d->dt, 0, fresh ? 0 : d->release);
+    u->fade[0] = lflare_fade(0, 1, d->dt, d->attack, 0);
+    u->fade[1] = 1 - lflare_fade(1, 0, d->dt, 0, d->release);
     u->fade[2] = d->projection[14] < 0 ? direction : -direction; /* reverse-Z: depth falls with distance */
     u->fade[3] = (float)(d->samples > 0 ? (d->samples + 3) / 4 * 4 : 256);
     for (i = 0; i < count; i++) {
@@ -4870,7 +4890,7 @@ LFLARE_API lflare_result lflare_gl_occlusion(lflare_gl *o, const lflare_light *l
     int32_t i;
     if (o == NULL || o->forgotten || count < 0 || (count > 0 && lights == NULL)) return LFLARE_ERROR_ARGUMENT;
     if (d == NULL) {
-        o->strip_lights = o->strip_started = 0;
+        o->strip_lights = 0;
         return LFLARE_OK;
     }
     if (!lflare__valid_depth(d)) return LFLARE_ERROR_ARGUMENT;
@@ -4890,7 +4910,6 @@ LFLARE_API lflare_result lflare_gl_occlusion(lflare_gl *o, const lflare_light *l
     gl->UseProgram(o->programs[LFLARE__GL_STRIP]);
     gl->DrawArraysInstanced(0x0004, 0, 3, 1);
     o->strip_lights = count;
-    o->strip_started = 1;
     if (!o->no_restore) lflare__gl_restore(o, &state);
     return LFLARE_OK;
 }

@@ -150,8 +150,6 @@ static const unsigned char *gl_GetString(unsigned name)
     return (const unsigned char *)"OpenGL ES 3.0 (WebGL 2.0 (recorder))";
 }
 
-static unsigned gl_GetError(void) { return 0; }
-
 static unsigned gl_CheckFramebufferStatus(unsigned target)
 {
     printf("complete(%u);\n", target);
@@ -202,7 +200,7 @@ static void gl_GetIntegerv(unsigned name, int *out)
         unsigned name;
         int value[4];
     } values[] = {{0x0C23, {1, 1, 1, 1}}, {0x80C9, {1}}, {0x80CB, {1}}, {0x8009, {0x8006}}, {0x883D, {0x8006}}, {0x0CF5, {4}}, {0x8CA6, {TARGET}},
-                  {0x0BA2, {0, 0, W, H}}, {0x84E0, {0x84C0}}, {0x9240, {1}}, {0x9241, {1}}};
+                  {0x0BA2, {0, 0, W, H}}, {0x84E0, {0x84C0}}, {0x9240, {1}}, {0x9241, {1}}, {0x0D33, {4096}}};
     size_t i;
     printf("call('getParameter', %u);\n", name);
     *out = 0;
@@ -231,7 +229,7 @@ static lflare_gl_function load(const char *name)
         const char *name;
         lflare_gl_function function;
     } all[] = {ACTS(ACT_ROW) OBJECTS(OBJECT_ROWS) ROW(CreateProgram) ROW(CreateShader) ROW(ShaderSource) ROW(BufferData) ROW(BufferSubData)
-               ROW(TexImage2D) ROW(GetString) ROW(GetError) ROW(CheckFramebufferStatus) ROW(GetShaderiv) ROW(GetProgramiv)
+               ROW(TexImage2D) ROW(GetString) ROW(CheckFramebufferStatus) ROW(GetShaderiv) ROW(GetProgramiv)
                ROW(GetUniformBlockIndex) ROW(GetUniformLocation) ROW(IsEnabled) ROW(GetIntegerv) ROW(GetIntegeri_v) ROW(GetInteger64i_v)
                {"glGetShaderInfoLog", (lflare_gl_function)gl_GetInfoLog}, {"glGetProgramInfoLog", (lflare_gl_function)gl_GetInfoLog}};
     size_t i;
