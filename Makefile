@@ -3,6 +3,7 @@
 # make test    everything that is checked; installs what it needs when run as root, else says what to install
 # make bench   speed, as ratios side by side in one run
 # make shaders writes shaders_embedded/*.glsl into lensflare.h
+# make diagrams draws the lenses and their page, lenses/README.md
 # make fuzz    thirty minutes of fuzzing (SECONDS=n for less); make coverage shows what it reached
 
 CC      ?= cc
@@ -21,6 +22,7 @@ endif
 EXAMPLES := $(B)/00_null $(B)/02_own_renderer
 # GL is loaded at run time, for which older C libraries keep dlopen apart. Examples with a window need GLFW.
 LIBDL    := $(if $(findstring linux,$(shell $(CC) -dumpmachine 2>/dev/null)),-ldl)
+THREADS  := $(if $(findstring mingw,$(shell $(CC) -dumpmachine 2>/dev/null)),,-lpthread)
 LIBGLFW  ?= -lglfw
 GLFW     := $(shell printf '\043include <GLFW/glfw3.h>\n' | $(CC) -DGLFW_INCLUDE_NONE -E - >/dev/null 2>&1 && echo yes)
 WINDOWS  := $(B)/01_one_flare $(B)/03_hdr_occlusion
@@ -30,8 +32,8 @@ TESTS    := $(patsubst tests/%.c,$(B)/%,$(if $(EGL),$(wildcard tests/test_*.c),$
 
 all: $(B)/flare $(EXAMPLES) $(if $(GLFW),$(WINDOWS),no-windows)
 
-$(B)/flare: examples/flare.c examples/gl_host.h lensflare.h | $(B)
-	$(CC) $(ALL) $(FLAREPNG) $< -o $@ $(LIBPNG) $(LIBDL) -lm
+$(B)/flare: examples/flare.c examples/gl_host.h examples/reference.h examples/diagram.h lensflare.h | $(B)
+	$(CC) $(ALL) $(FLAREPNG) $< -o $@ $(LIBPNG) $(LIBDL) $(THREADS) -lm
 
 $(WINDOWS): $(B)/%: examples/%.c examples/gl_host.h lensflare.h | $(B)
 	$(CC) $(ALL) $< -o $@ $(LIBGLFW) $(LIBDL) -lm
@@ -44,6 +46,9 @@ $(B)/%: examples/%.c lensflare.h | $(B)
 
 $(B)/test_%: tests/test_%.c lensflare.h $(wildcard tests/*.h) | $(B)
 	$(CC) $(ALL) $< -o $@ -lcmocka -lm
+
+$(B)/test_reference: tests/test_reference.c tests/oracle.h examples/reference.h lensflare.h | $(B)
+	$(CC) $(ALL) $< -o $@ -lcmocka $(THREADS) -lm
 
 $(B)/test_gl: tests/test_gl.c examples/gl_host.h lensflare.h | $(B)
 	$(CC) $(ALL) $< -o $@ -lcmocka -lEGL -lGL -lm
@@ -74,6 +79,10 @@ bench: $(B)/bench $(if $(EGL),$(B)/bench_gl)
 shaders:
 	shaders_embedded/embed.sh lensflare.h > lensflare.h.new && mv lensflare.h.new lensflare.h
 
+# Cross-sections of all lenses; a test compares them.
+diagrams: $(B)/flare
+	lenses/diagrams/gallery.sh
+
 fuzz:
 	tests/fuzz.sh $(or $(SECONDS),1800)
 
@@ -83,4 +92,4 @@ coverage:
 clean:
 	rm -rf $(B)
 
-.PHONY: all no-windows demo test tests bench shaders fuzz coverage clean
+.PHONY: all no-windows demo test tests bench shaders diagrams fuzz coverage clean

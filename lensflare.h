@@ -509,7 +509,7 @@ typedef struct lflare_ray {
     double direction[3];             /* unit vector at the sensor */
     double relative;                 /* largest of all surfaces but the stop: above 1 a rim stops the ray */
     int32_t widest;                  /* the surface where that is */
-    double weight;                   /* product of the shares; 0 if the path is unweighted */
+    double weight;                   /* product of the shares of the surfaces met; 0 if the path is unweighted */
 } lflare_ray;
 
 /* The path of a ghost, or with pair NULL of the image. */

@@ -6,7 +6,14 @@
 #include "lensflare.h"
 
 #include "gl_host.h"
+#include "reference.h"
+#include "diagram.h"
 #include <errno.h>
+#include <time.h>
+#ifdef _WIN32
+#include <io.h>
+#define isatty _isatty
+#endif
 #ifdef FLARE_HAVE_PNG
 #include <png.h>
 #endif
@@ -20,11 +27,19 @@ static const char help[] =
     "      name, patent, surfaces, stop, focal length, back focal distance, f-number, ghosts, sensor, and what was derived\n"
     "  flare ghosts  LENS [--angle AX,AY] [--fnumber N] [--csv]\n"
     "      every ghost: surface pair, matrix elements, images of iris and pupil on the sensor (mm), what clips it, its colour\n"
+    "  flare trace   LENS --ray X,Y [--ghost I,J] [--angle AX,AY] [--lambda NM] [--json]\n"
+    "      one exact ray through X,Y (mm) on the plane of the first vertex, along the image's path or that of the ghost I,J, as\n"
+    "      'flare ghosts' lists it: every hit, its share of power, the sensor's point, the ray's fate (default: 587.5618 nm)\n"
     "  flare render  LENS -o OUT.png|OUT.pfm [--size WxH] [--angle AX,AY] [--fov DEG] [--fnumber N] [--blades N]\n"
-    "                [--rotation DEG] [--curvature 0..1] [--radius MRAD] [--model paraxial] [--backend software|gl]\n"
-    "                [--ghosts-only] [--exposure EV]\n"
+    "                [--rotation DEG] [--curvature 0..1] [--radius MRAD] [--backend software|gl] [--ghosts-only]\n"
+    "                [--exposure EV] [--model paraxial|reference] [--wavelengths N] [--cells N]\n"
     "      the flare of one light. PNG is tone-mapped; PFM holds linear multiples of the light's irradiance. --backend gl\n"
     "      needs no window: EGL draws, or else OSMesa (the environment's GL_HOST=egl or osmesa picks one)\n"
+    "      --model reference: meshes of exact rays from a point of light, slow; N cells along a side of each ghost's entrance, or\n"
+    "      finer and finer until two pictures agree to 52 dB; wavelengths 3 (650, 510, 475 nm) to 256 (400 to 700 nm, CIE 1931)\n"
+    "  flare diagram LENS -o OUT.svg [--ghost I,J] [--rays N] [--angle AX,AY]\n"
+    "      the lens in cross-section, with N (default: 5) exact rays of the image and of the ghost I,J, its two mirrors and the\n"
+    "      entrance heights that it takes; drawn in the plane of the axis and the light\n"
     "  flare compare A B [--json]\n"
     "      PSNR, SSIM and largest error of picture B against picture A (PFM, or PNG where built with libpng)\n"
     "  flare coating N1 N2 [--lambda0 NM | --layers n:nm,...] [--angle DEG] [--csv]\n"
@@ -32,7 +47,7 @@ static const char help[] =
     "\n"
     "AX,AY: the light's angle right and up of the axis, degrees. Without --fov the frame is as wide as the lens's sensor;\n"
     "with it (degrees, vertical) the frame is that camera's. --radius: the lamp's angular radius (the sun: 4.65).\n"
-    "Exit status: 0 done, 2 wrong use, unreadable input or failed output.\n";
+    "Exit status: 0 done, 2 wrong use, unreadable input or failed output, 130 interrupted.\n";
 
 /* ---- complaints ---- */
 
@@ -54,6 +69,21 @@ static void *allocate(size_t count, size_t size)
     return block;
 }
 
+/* SIGINT and SIGTERM only set this: whoever works long looks at it and cleans up. */
+static volatile sig_atomic_t interrupted;
+
+static void interrupt(int number)
+{
+    signal(number, interrupt); /* some systems reset it */
+    interrupted = 1;
+}
+
+static void end_interrupted(void)
+{
+    fputs("flare: interrupted; nothing was written\n", stderr);
+    exit(130);
+}
+
 /* Standard output may be a full disk. */
 static int finish(void)
 {
@@ -67,8 +97,9 @@ typedef struct options {
     const char *operands[2];
     int operand_count;
     const char *out, *layers;
-    int json, csv, ghosts_only, gl;
-    int width, height, blades;
+    int json, csv, ghosts_only, gl, reference, wavelengths, cells, has_radius, rays;
+    int width, height, blades, ghost[2], has_ray;
+    double ray[2], lambda;
     double ax, ay, fov, fnumber, rotation, curvature, radius, exposure, lambda0, angle;
 } options;
 
@@ -92,9 +123,21 @@ static void two_numbers(const char *option, const char *text, char separator, do
     *b = number(option, at + 1, lo, hi);
 }
 
-static void only_choice(const char *option, const char *text, const char *choice)
+/* A surface pair as `flare ghosts` prints it, from 1. */
+static void surface_pair(const char *option, const char *text, int *pair)
 {
-    if (strcmp(text, choice) != 0) complain("%s: this version has '%s' only, not '%s'", option, choice, text);
+    double first, second;
+    two_numbers(option, text, ',', 1, LFLARE_MAX_SURFACES, &first, &second);
+    if (first != floor(first) || second != floor(second)) complain("%s: two surface numbers were expected, not '%s'", option, text);
+    pair[0] = (int)first;
+    pair[1] = (int)second;
+}
+
+static int whole_number(const char *option, const char *text, int lo, int hi)
+{
+    double value = number(option, text, lo, hi);
+    if (value != floor(value)) complain("%s: a whole number was expected, not '%s'", option, text);
+    return (int)value;
 }
 
 /* 1 for the second of two choices, 0 for the first. */
@@ -113,6 +156,8 @@ static options parse(int argc, char **argv, const char *allowed, int operands)
     o.width = 1280;
     o.height = 720;
     o.blades = -1;
+    o.lambda = 587.5618;
+    o.rays = 5;
     for (i = 2; i < argc; i++) {
         const char *name = argv[i], *value;
         char key[64];
@@ -131,14 +176,20 @@ static options parse(int argc, char **argv, const char *allowed, int operands)
         value = argv[i];
         if (strcmp(name, "-o") == 0) o.out = value;
         else if (strcmp(name, "--layers") == 0) o.layers = value;
-        else if (strcmp(name, "--model") == 0) only_choice(name, value, "paraxial");
+        else if (strcmp(name, "--model") == 0) o.reference = second_choice(name, value, "paraxial", "reference");
         else if (strcmp(name, "--backend") == 0) o.gl = second_choice(name, value, "software", "gl");
         else if (strcmp(name, "--fov") == 0) o.fov = number(name, value, 0.01, 175);
         else if (strcmp(name, "--fnumber") == 0) o.fnumber = number(name, value, 0.1, 1000);
         else if (strcmp(name, "--rotation") == 0) o.rotation = number(name, value, -3600, 3600);
         else if (strcmp(name, "--curvature") == 0) o.curvature = number(name, value, 0, 1);
-        else if (strcmp(name, "--radius") == 0) o.radius = number(name, value, 0, 1000);
+        else if (strcmp(name, "--radius") == 0) o.has_radius = 1, o.radius = number(name, value, 0, 1000);
+        else if (strcmp(name, "--wavelengths") == 0) o.wavelengths = whole_number(name, value, 3, REFERENCE_MAX_WAVELENGTHS);
+        else if (strcmp(name, "--rays") == 0) o.rays = whole_number(name, value, 0, 101);
+        else if (strcmp(name, "--cells") == 0) o.cells = whole_number(name, value, 4, 4096);
         else if (strcmp(name, "--exposure") == 0) o.exposure = number(name, value, -60, 60);
+        else if (strcmp(name, "--lambda") == 0) o.lambda = number(name, value, 100, 20000);
+        else if (strcmp(name, "--ghost") == 0) surface_pair(name, value, o.ghost);
+        else if (strcmp(name, "--ray") == 0) o.has_ray = 1, two_numbers(name, value, ',', -1e6, 1e6, &o.ray[0], &o.ray[1]);
         else if (strcmp(name, "--lambda0") == 0) o.lambda0 = number(name, value, 100, 20000);
         else if (strcmp(name, "--blades") == 0) {
             double blades = number(name, value, 0, LFLARE_MAX_BLADES);
@@ -314,6 +365,161 @@ static int command_ghosts(int argc, char **argv)
     return finish();
 }
 
+/* ---- rays ---- */
+
+/* The path of --ghost, or of the image without it. */
+static void make_path(const lflare_lens *lens, const options *o, lflare_path *path)
+{
+    lflare_pair pair;
+    pair.first = o->ghost[0] - 1;
+    pair.second = o->ghost[1] - 1;
+    if (lflare_path_make(lens, o->lambda, o->ghost[0] > 0 ? &pair : NULL, path) != LFLARE_OK)
+        complain("--ghost: %d,%d is no ghost of this lens; 'flare ghosts' lists them", o->ghost[0], o->ghost[1]);
+}
+
+/* A traced ray with what its table and its JSON both say. */
+typedef struct traced {
+    lflare_path path;
+    lflare_ray ray;
+    lflare_hit hits[LFLARE_MAX_STEPS];
+    double slope[2];
+    const char *fate;
+    int lost_at;  /* surface from 1 that it misses or that reflects it totally, 0: none */
+    int stop_hit; /* index into hits, -1: not reached */
+    int blocker;  /* surface from 1 whose rim, or full opening, would stop it, 0: none */
+} traced;
+
+static void trace(const lflare_lens *lens, const options *o, traced *t)
+{
+    static const char *const fates[] = {"arrives", "misses", "total"};
+    int i;
+    make_path(lens, o, &t->path);
+    t->slope[0] = -tan(o->ax * DEGREE);
+    t->slope[1] = -tan(o->ay * DEGREE);
+    t->fate = fates[lflare_path_trace(&t->path, o->ray, t->slope, &t->ray, t->hits)];
+    t->lost_at = t->ray.fate != LFLARE_RAY_ARRIVES && t->ray.steps < t->path.step_count ? (int)t->path.steps[t->ray.steps].surface + 1 : 0;
+    t->stop_hit = -1;
+    t->blocker = 0;
+    for (i = 0; i < t->ray.steps; i++) {
+        if (t->hits[i].surface == lens->stop) t->stop_hit = i;
+        if (t->hits[i].relative > 1 && t->blocker == 0) t->blocker = (int)t->hits[i].surface + 1;
+    }
+}
+
+static double incidence_of(const lflare_hit *hit) { return acos(fmin(fmax(hit->cosine, 0), 1)) / DEGREE; }
+
+static void print_point(const char *key, const double *v, int there)
+{
+    printf(", \"%s\": ", key);
+    if (!there) { printf("null"); return; }
+    putchar('[');
+    print_number(v[0]);
+    printf(", ");
+    print_number(v[1]);
+    putchar(']');
+}
+
+/* null where the number is 0: surfaces count from 1. */
+static void print_surface(const char *key, int surface)
+{
+    printf(", \"%s\": ", key);
+    if (surface > 0) printf("%d", surface);
+    else printf("null");
+}
+
+static void print_hit_json(const lflare_hit *h)
+{
+    static const char *const keys[] = {"x", "y", "z", "dx", "dy", "dz", "relative", "incidence_deg", "share"};
+    double v[9];
+    int k;
+    for (k = 0; k < 3; k++) v[k] = h->position[k], v[3 + k] = h->direction[k];
+    v[6] = h->relative;
+    v[7] = incidence_of(h);
+    v[8] = h->share;
+    printf("{\"surface\": %d, \"backwards\": %s, \"reflected\": %s", (int)h->surface + 1, h->backwards ? "true" : "false",
+           h->reflected ? "true" : "false");
+    for (k = 0; k < 9; k++) {
+        printf(", \"%s\": ", keys[k]);
+        print_number(v[k] + 0.0);
+    }
+    putchar('}');
+}
+
+static void print_trace_json(const lflare_lens *lens, const options *o, const traced *t)
+{
+    double pair[2];
+    int i, arrives = t->ray.fate == LFLARE_RAY_ARRIVES;
+    for (i = 0; i < 2; i++) pair[i] = o->ghost[i];
+    printf("{\"name\": ");
+    print_json_string(lens->prescription.name);
+    print_point("ghost", pair, o->ghost[0] > 0);
+    printf(", \"lambda_nm\": ");
+    print_number(o->lambda);
+    print_point("entrance_mm", o->ray, 1);
+    print_point("slope", t->slope, 1);
+    printf(", \"hits\": [");
+    for (i = 0; i < t->ray.steps; i++) {
+        if (i > 0) printf(", ");
+        print_hit_json(&t->hits[i]);
+    }
+    putchar(']');
+    print_point("sensor_mm", t->ray.sensor, arrives);
+    print_point("stop_mm", t->ray.stop, t->stop_hit >= 0);
+    printf(", \"weight\": ");
+    print_number(arrives ? t->ray.weight : 0);
+    print_surface("widest", t->ray.relative > 0 ? (int)t->ray.widest + 1 : 0);
+    printf(", \"widest_relative\": ");
+    print_number(t->ray.relative);
+    printf(", \"fate\": \"%s\"", t->fate);
+    print_surface("lost_at", t->lost_at);
+    print_surface("blocked_by", t->blocker);
+    printf("}\n");
+}
+
+static void print_fate(const lflare_lens *lens, const traced *t)
+{
+    if (t->ray.fate == LFLARE_RAY_TOTAL) printf("fate      totally reflected at surface %d, where it should pass\n", t->lost_at);
+    else if (t->ray.fate == LFLARE_RAY_MISSES && t->lost_at > 0) printf("fate      misses surface %d\n", t->lost_at);
+    else if (t->ray.fate == LFLARE_RAY_MISSES) printf("fate      misses the sensor\n");
+    else if (t->blocker == lens->stop + 1) printf("fate      arrives, but for the stop, which would have to be open wider\n");
+    else if (t->blocker > 0) printf("fate      arrives, but for the rim of surface %d, which stops it\n", t->blocker);
+    else printf("fate      arrives\n");
+}
+
+static void print_trace(const lflare_lens *lens, const options *o, const traced *t)
+{
+    static const char *const ways[2][2] = {{"->", "->|"}, {"<-", "|<-"}};
+    char pair[64];
+    int i;
+    sprintf(pair, "ghost %d,%d", o->ghost[0], o->ghost[1]);
+    printf("%s, %s, %g nm, light at %g,%g degrees, ray through %g,%g mm\n", lens->prescription.name, o->ghost[0] > 0 ? pair : "image", o->lambda, o->ax,
+           o->ay, o->ray[0], o->ray[1]);
+    printf("surface way          x          y          z  height/semi  incidence      share\n");
+    for (i = 0; i < t->ray.steps; i++) {
+        const lflare_hit *h = &t->hits[i];
+        printf("%7d %-3s %10.5f %10.5f %10.5f %12.5f %10.4f %10.4g%s\n", (int)h->surface + 1, ways[h->backwards][h->reflected], h->position[0] + 0.0,
+               h->position[1] + 0.0, h->position[2] + 0.0, h->relative, incidence_of(h), h->share, h->surface == lens->stop ? "  the stop" : "");
+    }
+    if (t->ray.fate == LFLARE_RAY_ARRIVES) printf("sensor    %.6f,%.6f mm\n", t->ray.sensor[0] + 0.0, t->ray.sensor[1] + 0.0);
+    if (t->stop_hit >= 0) printf("stop      %.6f,%.6f mm\n", t->ray.stop[0] + 0.0, t->ray.stop[1] + 0.0);
+    if (t->ray.fate == LFLARE_RAY_ARRIVES) printf("weight    %.6g of the power\n", t->ray.weight);
+    if (t->ray.relative > 0) printf("widest    surface %d, %.4f of its semi-diameter\n", (int)t->ray.widest + 1, t->ray.relative);
+    print_fate(lens, t);
+}
+
+static int command_trace(int argc, char **argv)
+{
+    static lflare_lens lens;
+    static traced t;
+    options o = parse(argc, argv, " --ghost --ray --angle --lambda --json ", 1);
+    if (!o.has_ray) complain("flare trace: say where the ray enters, with --ray X,Y (mm on the plane of the first vertex)");
+    read_lens(o.operands[0], &lens);
+    trace(&lens, &o, &t);
+    if (o.json) print_trace_json(&lens, &o, &t);
+    else print_trace(&lens, &o, &t);
+    return finish();
+}
+
 /* ---- pictures ---- */
 
 typedef struct picture {
@@ -350,6 +556,11 @@ static int replace(const char *from, const char *to)
 static void output_close(output *o)
 {
     int bad = ferror(o->file);
+    if (interrupted) {
+        fclose(o->file);
+        remove(o->part);
+        end_interrupted();
+    }
     if (fclose(o->file) != 0 || bad || replace(o->part, o->path) != 0) {
         int why = errno;
         remove(o->part);
@@ -475,11 +686,201 @@ static void render_gl(const lflare *flare, const lflare_image *image)
     gl_host_close(&host);
 }
 
+/* ---- how alike pictures are ---- */
+
+static int by_value(const void *a, const void *b)
+{
+    float x = *(const float *)a, y = *(const float *)b;
+    return (x > y) - (x < y);
+}
+
+static float brightest(const float *rgb) { return fmaxf(rgb[0], fmaxf(rgb[1], rgb[2])); }
+
+/* 99.8th percentile of the lit pixels of A (lit: above zero). */
+static float white_of(const picture *a)
+{
+    size_t count = (size_t)a->width * (size_t)a->height, i, n = 0;
+    float *lit = (float *)allocate(count, sizeof(float)), white = 1;
+    for (i = 0; i < count; i++)
+        if (brightest(a->rgb + 3 * i) > 0) lit[n++] = brightest(a->rgb + 3 * i);
+    if (n > 0) {
+        qsort(lit, n, sizeof(float), by_value);
+        white = lit[(size_t)((double)(n - 1) * 0.998)];
+    }
+    free(lit);
+    return white;
+}
+
+static float tone(float v, float white) { return powf(fminf(fmaxf(v / white, 0), 1), 1 / 2.2f); }
+
+typedef struct comparison {
+    double psnr, psnr_linear, largest; /* dB, infinite where equal */
+    float white;
+    size_t lit;
+} comparison;
+
+/* Picture b against picture a, both of one size, over the pixels that either lights. */
+static comparison compare_pictures(const picture *a, const picture *b)
+{
+    size_t count = (size_t)a->width * (size_t)a->height, i;
+    double toned = 0, linear = 0;
+    comparison c;
+    int k;
+    c.white = white_of(a);
+    c.lit = 0;
+    c.largest = 0;
+    for (i = 0; i < count; i++) {
+        const float *p = a->rgb + 3 * i, *q = b->rgb + 3 * i;
+        if (fmaxf(brightest(p), brightest(q)) <= 1e-4f * c.white) continue;
+        c.lit++;
+        for (k = 0; k < 3; k++) {
+            double d = (double)(p[k] - q[k]), t = (double)(tone(p[k], c.white) - tone(q[k], c.white));
+            double l = (double)(fminf(fmaxf(p[k] / c.white, 0), 1) - fminf(fmaxf(q[k] / c.white, 0), 1));
+            toned += t * t;
+            linear += l * l;
+            c.largest = fmax(c.largest, fabs(d));
+        }
+    }
+    c.psnr = c.lit > 0 && toned > 0 ? -10 * log10(toned / (3 * (double)c.lit)) : HUGE_VAL;
+    c.psnr_linear = c.lit > 0 && linear > 0 ? -10 * log10(linear / (3 * (double)c.lit)) : HUGE_VAL;
+    return c;
+}
+
+/* ---- the reference ---- */
+
+/* A lobe of the observer's curves: a bell with two widths. */
+static double lobe(double nm, double height, double centre, double below, double above)
+{
+    double t = (nm - centre) / (nm < centre ? below : above);
+    return height * exp(-0.5 * t * t);
+}
+
+/* Linear sRGB of one wavelength to the CIE 1931 observer. The lobes are the multi-lobe fit of Wyman, Sloan & Shirley, "Simple
+   Analytic Approximations to the CIE XYZ Color Matching Functions", JCGT 2(2), 2013; the matrix is that of IEC 61966-2-1. */
+static void spectral_rgb(double nm, double *rgb)
+{
+    double x = lobe(nm, 1.056, 599.8, 37.9, 31.0) + lobe(nm, 0.362, 442.0, 16.0, 26.7) + lobe(nm, -0.065, 501.1, 20.4, 26.2);
+    double y = lobe(nm, 0.821, 568.8, 46.9, 40.5) + lobe(nm, 0.286, 530.9, 16.3, 31.1);
+    double z = lobe(nm, 1.217, 437.0, 11.8, 36.0) + lobe(nm, 0.681, 459.0, 26.0, 13.8);
+    rgb[0] = 3.2406 * x - 1.5372 * y - 0.4986 * z;
+    rgb[1] = -0.9689 * x + 1.8758 * y + 0.0415 * z;
+    rgb[2] = 0.0557 * x - 0.2040 * y + 1.0570 * z;
+}
+
+/* Three wavelengths are the library's own; more make white what reflects all alike, channel by channel. */
+static void set_wavelengths(reference_desc *d, int count)
+{
+    static const double three[3] = {650, 510, 475};
+    double sum[3] = {0, 0, 0};
+    int i, k;
+    d->wavelengths = count;
+    for (i = 0; i < count; i++) {
+        d->nm[i] = count == 3 ? three[i] : 400 + 300.0 * i / (count - 1);
+        spectral_rgb(d->nm[i], d->rgb[i]);
+        for (k = 0; k < 3; k++) sum[k] += count == 3 ? d->rgb[i][k] = i == k : d->rgb[i][k];
+    }
+    for (k = 0; k < 3; k++)
+        for (i = 0; i < count; i++) d->rgb[i][k] /= sum[k];
+}
+
+typedef struct progress {
+    int terminal, cells, shown;
+    time_t began;
+} progress;
+
+static void show_progress(void *user, double done)
+{
+    progress *p = (progress *)user;
+    double spent = difftime(time(NULL), p->began), left = done > 0 ? spent * (1 - done) / done : 0;
+    int percent = (int)(100 * done);
+    if (!p->terminal || percent == p->shown) return;
+    p->shown = percent;
+    fprintf(stderr, "\r%d cells a side: %d %%, about %.0f s left   ", p->cells, percent, left);
+    fflush(stderr);
+}
+
+/* One picture; ends the program if it was interrupted. */
+static void render_mesh(reference_desc *d, int cells, picture *p)
+{
+    progress seen;
+    int result;
+    seen.terminal = isatty(2);
+    seen.cells = d->cells = cells;
+    seen.shown = -1;
+    seen.began = time(NULL);
+    d->progress = show_progress;
+    d->user = &seen;
+    result = reference_render(d, p->rgb);
+    if (seen.terminal) fprintf(stderr, "\r%60s\r", "");
+    if (result == 0) end_interrupted();
+    if (result < 0) complain("out of memory");
+}
+
+enum { REFERENCE_CELLS = 60, REFERENCE_ROUNDS = 4, REFERENCE_DB = 52 };
+
+/* Finer and finer meshes until two pictures agree; says how well. The finest is left in *p. */
+static void render_rounds(reference_desc *d, picture *p)
+{
+    picture last = *p;
+    double cells = REFERENCE_CELLS, db = 0;
+    int before = 0, now = 0, turn;
+    last.rgb = (float *)allocate((size_t)p->width * (size_t)p->height, 3 * sizeof(float));
+    for (turn = 0; turn < REFERENCE_ROUNDS && db < REFERENCE_DB; turn++, cells *= 1.6) {
+        float *swap = last.rgb;
+        last.rgb = p->rgb;
+        p->rgb = swap;
+        before = now;
+        now = (int)(cells + 0.5);
+        render_mesh(d, now, p);
+        if (turn > 0) db = compare_pictures(p, &last).psnr;
+    }
+    free(last.rgb);
+    if (db > 1000) fprintf(stderr, "flare: reference: meshes of %d and %d cells a side give the same picture\n", before, now);
+    else fprintf(stderr, "flare: reference: meshes of %d and %d cells a side agree to %.1f dB%s\n", before, now, db,
+                 db < REFERENCE_DB ? "; --cells takes more" : "");
+}
+
+/* The last frame by exact rays, into the image: what lflare_render does by paraxial optics. */
+static void render_reference(const lflare *flare, const options *o, const lflare_image *image)
+{
+    static reference_desc d;
+    const lflare_frame_data *frame = lflare_get_frame(flare);
+    const lflare_tables *tables = lflare_get_tables(flare);
+    size_t count = (size_t)image->width * (size_t)image->height, i;
+    picture p;
+    int k;
+    if (o->has_radius) fprintf(stderr, "flare: --radius has no effect with --model reference: its light is a point\n");
+    d.lens = lflare_get_lens(flare);
+    d.iris = &tables->iris;
+    d.half[0] = (double)frame->half_width;
+    d.half[1] = (double)frame->half_height;
+    for (k = 0; k < 2; k++) {
+        d.slope[k] = (double)frame->lights[0].slope[k];
+        d.centre[k] = (double)frame->centre[k];
+    }
+    d.width = p.width = image->width;
+    d.height = p.height = image->height;
+    d.stop = &interrupted;
+    set_wavelengths(&d, o->wavelengths > 0 ? o->wavelengths : 3);
+    p.rgb = (float *)allocate(count, 3 * sizeof(float));
+    signal(SIGINT, interrupt);
+    signal(SIGTERM, interrupt);
+    if (o->cells == 0) {
+        render_rounds(&d, &p);
+    } else {
+        render_mesh(&d, o->cells, &p);
+        fprintf(stderr, "flare: reference: a mesh of %d cells a side\n", o->cells);
+    }
+    for (i = 0; i < 3 * count; i++) image->pixels[i / 3 * 4 + i % 3] = p.rgb[i] * tables->exposure;
+    free(p.rgb);
+}
+
 static int command_render(int argc, char **argv)
 {
     static lflare_lens lens;
     options o = parse(argc, argv,
-                      " -o --size --angle --fov --fnumber --blades --rotation --curvature --radius --model --backend --ghosts-only --exposure ", 1);
+                      " -o --size --angle --fov --fnumber --blades --rotation --curvature --radius --model --backend --ghosts-only --exposure "
+                      "--wavelengths --cells ", 1);
     lflare_desc desc = {0};
     lflare_view view = {0};
     lflare_light light = {0};
@@ -491,6 +892,8 @@ static int command_render(int argc, char **argv)
     if (o.out == NULL) complain("flare render: say where the picture goes, with -o OUT.png or -o OUT.pfm");
     png = ends_with(o.out, ".png");
     if (!png && !ends_with(o.out, ".pfm")) complain("%s: a name ending in .png or .pfm was expected", o.out);
+    if (!o.reference && (o.wavelengths > 0 || o.cells > 0)) complain("%s belongs to --model reference", o.cells > 0 ? "--cells" : "--wavelengths");
+    if (o.reference && o.gl) complain("--model reference has no --backend gl");
     read_lens(o.operands[0], &lens);
     desc.prescription = &lens.prescription;
     desc.settings.fnumber = o.fnumber;
@@ -513,7 +916,8 @@ static int command_render(int argc, char **argv)
     image.height = o.height;
     image.pixels = (float *)allocate(pixels, 4 * sizeof(float));
     if (lflare_frame(flare, &view, &light, 1) != LFLARE_OK) complain("%s: the frame cannot be drawn", o.operands[0]);
-    if (o.gl) render_gl(flare, &image);
+    if (o.reference) render_reference(flare, &o, &image);
+    else if (o.gl) render_gl(flare, &image);
     else if (lflare_render(flare, &image) != LFLARE_OK) complain("%s: the frame cannot be drawn", o.operands[0]);
     if (png) {
         uint8_t *bytes = (uint8_t *)allocate(pixels, 3);
@@ -532,6 +936,33 @@ static int command_render(int argc, char **argv)
     }
     free(image.pixels);
     lflare_destroy(flare);
+    return 0;
+}
+
+/* ---- diagrams ---- */
+
+static int command_diagram(int argc, char **argv)
+{
+    static lflare_lens lens;
+    static lflare_path path;
+    options o = parse(argc, argv, " -o --ghost --rays --angle ", 1);
+    double x = tan(o.ax * DEGREE), y = tan(o.ay * DEGREE);
+    diagram_desc desc;
+    lflare_pair pair;
+    output out;
+    if (o.out == NULL) complain("flare diagram: say where the drawing goes, with -o OUT.svg");
+    if (!ends_with(o.out, ".svg")) complain("%s: a name ending in .svg was expected", o.out);
+    read_lens(o.operands[0], &lens);
+    make_path(&lens, &o, &path); /* refuses what is no ghost */
+    pair.first = o.ghost[0] - 1;
+    pair.second = o.ghost[1] - 1;
+    desc.lens = &lens;
+    desc.ghost = o.ghost[0] > 0 ? &pair : NULL;
+    desc.slope = (y < 0 || (y == 0 && x < 0) ? 1 : -1) * hypot(x, y);
+    desc.rays = o.rays;
+    out = output_open(o.out);
+    diagram_write(out.file, &desc);
+    output_close(&out);
     return 0;
 }
 
@@ -607,31 +1038,6 @@ static picture read_picture(const char *path)
     return p;
 }
 
-static int by_value(const void *a, const void *b)
-{
-    float x = *(const float *)a, y = *(const float *)b;
-    return (x > y) - (x < y);
-}
-
-static float brightest(const float *rgb) { return fmaxf(rgb[0], fmaxf(rgb[1], rgb[2])); }
-
-/* 99.8th percentile of the lit pixels of A (lit: above zero). */
-static float white_of(const picture *a)
-{
-    size_t count = (size_t)a->width * (size_t)a->height, i, n = 0;
-    float *lit = (float *)allocate(count, sizeof(float)), white = 1;
-    for (i = 0; i < count; i++)
-        if (brightest(a->rgb + 3 * i) > 0) lit[n++] = brightest(a->rgb + 3 * i);
-    if (n > 0) {
-        qsort(lit, n, sizeof(float), by_value);
-        white = lit[(size_t)((double)(n - 1) * 0.998)];
-    }
-    free(lit);
-    return white;
-}
-
-static float tone(float v, float white) { return powf(fminf(fmaxf(v / white, 0), 1), 1 / 2.2f); }
-
 /* Blurs with the usual 11-tap Gaussian of sigma 1.5, edges repeated. */
 static void blur(float *image, float *scratch, int width, int height)
 {
@@ -683,43 +1089,27 @@ static int command_compare(int argc, char **argv)
 {
     options o = parse(argc, argv, " --json ", 2);
     picture a = read_picture(o.operands[0]), b = read_picture(o.operands[1]);
-    size_t count = (size_t)a.width * (size_t)a.height, i, lit = 0;
-    double toned = 0, linear = 0, largest = 0, ssim, psnr, psnr_linear;
-    float white;
-    int k;
+    comparison c;
+    double ssim;
     if (a.width != b.width || a.height != b.height)
         complain("%s is %d x %d pixels, %s is %d x %d: only pictures of one size compare", o.operands[0], a.width, a.height, o.operands[1], b.width, b.height);
-    white = white_of(&a);
-    for (i = 0; i < count; i++) {
-        const float *p = a.rgb + 3 * i, *q = b.rgb + 3 * i;
-        if (fmaxf(brightest(p), brightest(q)) <= 1e-4f * white) continue;
-        lit++;
-        for (k = 0; k < 3; k++) {
-            double d = (double)(p[k] - q[k]), t = (double)(tone(p[k], white) - tone(q[k], white));
-            double l = (double)(fminf(fmaxf(p[k] / white, 0), 1) - fminf(fmaxf(q[k] / white, 0), 1));
-            toned += t * t;
-            linear += l * l;
-            largest = fmax(largest, fabs(d));
-        }
-    }
-    psnr = lit > 0 && toned > 0 ? -10 * log10(toned / (3 * (double)lit)) : HUGE_VAL;
-    psnr_linear = lit > 0 && linear > 0 ? -10 * log10(linear / (3 * (double)lit)) : HUGE_VAL;
-    ssim = ssim_of(&a, &b, white);
+    c = compare_pictures(&a, &b);
+    ssim = ssim_of(&a, &b, c.white);
     if (o.json) {
         printf("{\"psnr_db\": ");
-        print_number(psnr);
+        print_number(c.psnr);
         printf(", \"psnr_linear_db\": ");
-        print_number(psnr_linear);
+        print_number(c.psnr_linear);
         printf(", \"ssim\": ");
         print_number(ssim);
         printf(", \"largest_error\": ");
-        print_number(largest);
+        print_number(c.largest);
         printf(", \"white\": ");
-        print_number((double)white);
-        printf(", \"lit_pixels\": %.0f}\n", (double)lit);
+        print_number((double)c.white);
+        printf(", \"lit_pixels\": %.0f}\n", (double)c.lit);
     } else {
-        printf("PSNR           %.2f dB (lit pixels, white %.4g, gamma 2.2)\nPSNR linear    %.2f dB\nSSIM           %.5f\nlargest error  %.4g\n", psnr, (double)white,
-               psnr_linear, ssim, largest);
+        printf("PSNR           %.2f dB (lit pixels, white %.4g, gamma 2.2)\nPSNR linear    %.2f dB\nSSIM           %.5f\nlargest error  %.4g\n", c.psnr,
+               (double)c.white, c.psnr_linear, ssim, c.largest);
     }
     free(a.rgb);
     free(b.rgb);
@@ -784,7 +1174,8 @@ int main(int argc, char **argv)
     static const struct {
         const char *name;
         int (*run)(int, char **);
-    } commands[] = {{"info", command_info}, {"ghosts", command_ghosts}, {"render", command_render}, {"compare", command_compare}, {"coating", command_coating}};
+    } commands[] = {{"info", command_info},       {"ghosts", command_ghosts},   {"trace", command_trace},    {"render", command_render},
+                    {"diagram", command_diagram}, {"compare", command_compare}, {"coating", command_coating}};
     size_t i;
     int k;
     for (k = 1; k < argc; k++)

@@ -1,11 +1,14 @@
 /* The reference picture: dense meshes of exact rays over the library's public trace, slow and independent of everything that
    makes the library fast. Every ghost's entrance is cut into cells, every cell's power spread over its image on the sensor
-   (Hullin et al. 2011, but by exact areas): folds, caustics and cells smaller than a pixel keep their energy. flare.c and
-   the tests include it; it uses all cores where there are POSIX threads. Include lensflare.h with its implementation first. */
+   (Hullin et al. 2011, but by exact areas): folds, caustics and cells smaller than a pixel keep their energy. A point of light,
+   no penumbra. A ghost whose open entrance is narrower than 1/200 of the front element may be missed.
+   flare.c and the tests include it; it uses all cores where there are POSIX threads, and the picture is the same to the bit
+   whatever their number. Include lensflare.h with its implementation first. */
 #ifndef REFERENCE_H
 #define REFERENCE_H
 
 #include <math.h>
+#include <signal.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
@@ -14,7 +17,10 @@
 #include <unistd.h>
 #endif
 
-enum { REFERENCE_MAX_WAVELENGTHS = 256, REFERENCE_MAX_THREADS = 64 };
+enum { REFERENCE_MAX_WAVELENGTHS = 256, REFERENCE_MAX_THREADS = 64, REFERENCE_DEPTH = 3 };
+
+/* Where rays land farther from the picture than this (pixels), they count as lost: coordinates stay exact, and fit an int. */
+#define REFERENCE_FAR 1e8
 
 typedef struct reference_desc {
     const lflare_lens *lens;
@@ -24,12 +30,12 @@ typedef struct reference_desc {
     int width, height;
     int wavelengths;
     double nm[REFERENCE_MAX_WAVELENGTHS];
-    double rgb[REFERENCE_MAX_WAVELENGTHS][3]; /* what a wavelength adds to each channel */
+    double rgb[REFERENCE_MAX_WAVELENGTHS][3]; /* what a wavelength adds to each channel; negative is fine */
     int cells;                  /* along a side of a ghost's entrance; 96 is a good start */
     int threads;                /* 0 = one a core */
     const lflare_pair *only;    /* one ghost alone, or NULL */
-    volatile int *stop;         /* set to end early; may be NULL */
-    void (*progress)(void *user, double done); /* 0 to 1, from one thread; may be NULL */
+    volatile sig_atomic_t *stop; /* set it, in a signal handler say, to end early; may be NULL */
+    void (*progress)(void *user, double done); /* 0 to 1, from the calling thread; may be NULL */
     void *user;
 } reference_desc;
 
@@ -39,24 +45,23 @@ typedef struct reference_vertex {
     int arrives;
 } reference_vertex;
 
+/* One job, a ghost at one wavelength, in a thread of its own. */
 typedef struct reference_worker {
     const reference_desc *d;
     lflare_path path;
-    lflare_pair *pairs;
-    int32_t pair_count;
-    int index, stride, failed;
-    int jobs, *done;        /* done: of all workers, only counted for progress */
-    double *steps, *sum;    /* steps: differences along rows of one job; sum: three channels */
-    int rows[2];            /* touched by the job */
+    double *steps;          /* the job's picture, as differences along rows of width + 2 */
+    int rows[2];            /* first and last row touched */
+    int failed;
 } reference_worker;
 
 /* ---- areas ---- */
 
+/* Seen from the first corner: far from the origin, products of coordinates would drown a small area. */
 static double reference_area(double p[][2], int n)
 {
     double a = 0;
     int i;
-    for (i = 0; i < n; i++) a += p[i][0] * p[(i + 1) % n][1] - p[(i + 1) % n][0] * p[i][1];
+    for (i = 1; i + 1 < n; i++) a += (p[i][0] - p[0][0]) * (p[i + 1][1] - p[0][1]) - (p[i + 1][0] - p[0][0]) * (p[i][1] - p[0][1]);
     return 0.5 * a;
 }
 
@@ -96,20 +101,36 @@ static void reference_pixel(reference_worker *w, int x, int y, double value)
     reference_touch(w, y);
 }
 
-/* Power where the image has no area worth the name: along its longest side. */
+/* Narrows the part t[0] to t[1] of a line from a to b to where the coordinate is between 0 and limit. */
+static void reference_clip(double a, double b, double limit, double *t)
+{
+    if (a != b) {
+        double at0 = -a / (b - a), at1 = (limit - a) / (b - a);
+        t[0] = fmax(t[0], fmin(at0, at1));
+        t[1] = fmin(t[1], fmax(at0, at1));
+    } else if (a < 0 || a > limit) {
+        t[1] = t[0];
+    }
+}
+
+/* Power where the image has no area worth the name: along its longest side, what falls outside the picture left out. */
 static void reference_line(reference_worker *w, double p[][2], int n, double power)
 {
-    int i, j, a = 0, b = 0, count, k;
-    double longest = -1;
+    int i, j, count, k;
+    double *a = p[0], *b = p[0], longest = 0, t[2] = {0, 1};
     for (i = 0; i < n; i++)
         for (j = 0; j < i; j++) {
-            double dx = p[i][0] - p[j][0], dy = p[i][1] - p[j][1];
-            if (dx * dx + dy * dy > longest) longest = dx * dx + dy * dy, a = i, b = j;
+            double length = hypot(p[i][0] - p[j][0], p[i][1] - p[j][1]);
+            if (length > longest) longest = length, a = p[i], b = p[j];
         }
-    count = (int)fmin(1 + 8 * sqrt(fmax(longest, 0)), 4000);
+    reference_clip(a[0], b[0], w->d->width, t);
+    reference_clip(a[1], b[1], w->d->height, t);
+    if (!(t[1] > t[0])) return;
+    power *= t[1] - t[0];
+    count = 1 + (int)(8 * longest * (t[1] - t[0]));
     for (k = 0; k < count; k++) {
-        double t = (k + 0.5) / count;
-        reference_pixel(w, (int)floor(p[a][0] + t * (p[b][0] - p[a][0])), (int)floor(p[a][1] + t * (p[b][1] - p[a][1])), power / count);
+        double at = t[0] + (t[1] - t[0]) * (k + 0.5) / count;
+        reference_pixel(w, (int)floor(a[0] + at * (b[0] - a[0])), (int)floor(a[1] + at * (b[1] - a[1])), power / count);
     }
 }
 
@@ -212,6 +233,7 @@ static reference_vertex reference_trace(const reference_worker *w, double x, dou
     v.open = fmin(1 - ray.relative, reference_iris_open(d->iris, ray.stop));
     v.place[0] = 0.5 * d->width * (1 - (ray.sensor[0] - d->centre[0]) / d->half[0]); /* the picture is the sensor turned round */
     v.place[1] = 0.5 * d->height * (1 + (ray.sensor[1] - d->centre[1]) / d->half[1]);
+    v.arrives = fabs(v.place[0]) < REFERENCE_FAR && fabs(v.place[1]) < REFERENCE_FAR && v.open - v.open == 0;
     return v;
 }
 
@@ -241,25 +263,35 @@ static void reference_triangle(reference_worker *w, const reference_vertex *a, c
     if (n > 2) reference_fill(w, places, n, power * weight / n * fabs(reference_area(entrance, n)));
 }
 
-/* A cell with corners (0 0) (1 0) (1 1) (0 1); cut in four where its image bends, or rays are lost at its rim. */
+/* How far the image's middle is from where four corners put it, pixels: its bend. */
+static double reference_bend(const reference_vertex *v, const reference_vertex *middle)
+{
+    double bend = 0;
+    int i;
+    for (i = 0; i < 2; i++) bend = fmax(bend, fabs(0.25 * (v[0].place[i] + v[1].place[i] + v[2].place[i] + v[3].place[i]) - middle->place[i]));
+    return bend;
+}
+
+/* A cell with corners (0 0) (1 0) (1 1) (0 1); cut in four, `depth` times at most, where its image bends or rays are lost. What
+   then still has a lost corner is dropped: a rim of cells 1/8 as wide. */
 static void reference_cell(reference_worker *w, const reference_vertex *v, double power, int depth)
 {
     reference_vertex m[5]; /* middle, then the sides' */
-    int i, arriving = 0, open = 0, split;
-    double bent = 0;
+    int i, arriving = 0, open = 0, whole;
+    double spread = 0;
     for (i = 0; i < 4; i++) {
         arriving += v[i].arrives;
         open += v[i].arrives && v[i].open > 0;
     }
-    if (arriving == 0 || (open == 0 && depth == 0)) return;
+    if (arriving == 0) return;
     m[0] = reference_trace(w, 0.5 * (v[0].entrance[0] + v[2].entrance[0]), 0.5 * (v[0].entrance[1] + v[2].entrance[1]));
-    if (arriving == 4 && m[0].arrives)
-        for (i = 0; i < 2; i++) bent = fmax(bent, fabs(0.25 * (v[0].place[i] + v[1].place[i] + v[2].place[i] + v[3].place[i]) - m[0].place[i]));
-    if (arriving == 4 && open == 0 && !(m[0].arrives && m[0].open > -0.02)) return;
-    split = depth > 0 && (arriving < 4 || !m[0].arrives || bent > 0.1);
-    if (!split) {
-        if (arriving < 4 || !m[0].arrives) return;
-        for (i = 0; i < 4; i++) reference_triangle(w, &v[i], &v[(i + 1) % 4], &m[0], power);
+    whole = arriving == 4 && m[0].arrives;
+    if (whole && open == 0) { /* closed all over, as far as `open` is linear */
+        for (i = 0; i < 4; i++) spread = fmax(spread, fabs(v[i].open - m[0].open));
+        if (m[0].open + spread <= 0) return;
+    }
+    if (depth == 0 || (whole && reference_bend(v, &m[0]) <= 0.1)) {
+        for (i = 0; i < 4 && whole; i++) reference_triangle(w, &v[i], &v[(i + 1) % 4], &m[0], power);
         return;
     }
     for (i = 0; i < 4; i++) {
@@ -295,43 +327,49 @@ static int reference_box(const reference_worker *w, int n, double *box)
     return 1;
 }
 
-static void reference_mesh(reference_worker *w)
+/* A whole ghost at one wavelength. */
+static void *reference_mesh(void *user)
 {
+    reference_worker *w = (reference_worker *)user;
     const reference_desc *d = w->d;
     const lflare_surface *front = &d->lens->prescription.surfaces[0];
     double slope = hypot(d->slope[0], d->slope[1]), reach = front->semi_diameter + fabs(lflare_sag(front, front->semi_diameter)) * slope;
     double box[4] = {-reach, reach, -reach, reach}, power;
     int n = d->cells, i, j, seen;
-    reference_vertex *above, *row;
+    reference_vertex *memory, *above, *row;
     w->path.unweighted = 1;
-    seen = reference_box(w, 48, box) || reference_box(w, 200, box);
-    if (seen) reference_box(w, 64, box);
+    seen = reference_box(w, 40, box) || reference_box(w, 90, box) || reference_box(w, 200, box);
+    if (seen) reference_box(w, 40, box);
     w->path.unweighted = 0;
-    if (!seen) return;
-    power = d->width * d->height / (4 * d->half[0] * d->half[1] * sqrt(1 + slope * slope)); /* cos theta over a pixel's area */
-    above = (reference_vertex *)malloc(sizeof *above * 2 * (size_t)(n + 1));
-    if (above == NULL) { w->failed = 1; return; }
-    row = above + n + 1;
+    if (!seen) return NULL;
+    power = (double)d->width * d->height / (4 * d->half[0] * d->half[1] * sqrt(1 + slope * slope)); /* cos theta over a pixel's area */
+    memory = (reference_vertex *)calloc((size_t)n + 1, 2 * sizeof *memory);
+    if (memory == NULL) { w->failed = 1; return NULL; }
+    above = memory;
+    row = memory + n + 1;
     for (j = 0; j <= n; j++) {
         reference_vertex *t;
         for (i = 0; i <= n; i++) row[i] = reference_trace(w, box[0] + (box[1] - box[0]) * i / n, box[2] + (box[3] - box[2]) * j / n);
         for (i = 0; i < n && j > 0; i++) {
             reference_vertex cell[4];
             cell[0] = above[i], cell[1] = above[i + 1], cell[2] = row[i + 1], cell[3] = row[i];
-            reference_cell(w, cell, power, 3);
+            reference_cell(w, cell, power, REFERENCE_DEPTH);
         }
         t = above, above = row, row = t;
         if (d->stop != NULL && *d->stop) break;
     }
-    free(above < row ? above : row);
+    free(memory);
+    return NULL;
 }
 
-/* Adds up one job's differences into the channels. */
-static void reference_collect(reference_worker *w, const double *rgb)
+/* ---- the picture ---- */
+
+/* Adds a job's picture to the sum, and empties it. */
+static void reference_collect(reference_worker *w, const double *rgb, double *sum)
 {
     int x, y, k;
     for (y = w->rows[0]; y <= w->rows[1]; y++) {
-        double *row = w->steps + (size_t)y * (size_t)(w->d->width + 2), *out = w->sum + (size_t)3 * (size_t)y * (size_t)w->d->width, value = 0;
+        double *row = w->steps + (size_t)y * (size_t)(w->d->width + 2), *out = sum + (size_t)3 * (size_t)y * (size_t)w->d->width, value = 0;
         for (x = 0; x < w->d->width; x++, out += 3) {
             value += row[x];
             for (k = 0; k < 3; k++) out[k] += value * rgb[k];
@@ -342,81 +380,94 @@ static void reference_collect(reference_worker *w, const double *rgb)
     w->rows[1] = -1;
 }
 
-static void *reference_work(void *user)
+/* One job a worker, at once. */
+static void reference_round(reference_worker **workers, int count)
 {
-    reference_worker *w = (reference_worker *)user;
-    const reference_desc *d = w->d;
-    int job;
-    for (job = w->index; job < w->jobs && !w->failed; job += w->stride) {
-        int wave = job % d->wavelengths;
-        if (d->stop != NULL && *d->stop) break;
-        if (d->only == NULL || (d->only->first == w->pairs[job / d->wavelengths].first && d->only->second == w->pairs[job / d->wavelengths].second)) {
-            lflare_path_make(d->lens, d->nm[wave], &w->pairs[job / d->wavelengths], &w->path);
-            reference_mesh(w);
-            reference_collect(w, d->rgb[wave]);
-        }
-        if (w->index == 0 && d->progress != NULL) d->progress(d->user, (double)job / w->jobs);
-    }
-    return NULL;
-}
-
-/* Fills rgb[3 * width * height], rows from the top, multiples of E. 1 done, 0 stopped, -1 out of memory. */
-static int reference_render(const reference_desc *d, float *rgb)
-{
-    size_t pixels = (size_t)d->width * (size_t)d->height, i;
-    int32_t count = d->lens->ghost_count;
-    lflare_pair *pairs = (lflare_pair *)malloc(sizeof *pairs * (size_t)(count > 0 ? count : 1));
-    reference_worker *workers[REFERENCE_MAX_THREADS];
-    int threads = d->threads, t, failed = pairs == NULL, made = 0;
+    int t;
 #ifndef _WIN32
     pthread_t ids[REFERENCE_MAX_THREADS];
     int started[REFERENCE_MAX_THREADS];
-    if (threads <= 0) threads = (int)sysconf(_SC_NPROCESSORS_ONLN);
-#endif
-    if (threads < 1) threads = 1;
-    if (threads > REFERENCE_MAX_THREADS) threads = REFERENCE_MAX_THREADS;
-    if (pairs != NULL) lflare_ghost_list(d->lens, pairs, &count);
-    for (t = 0; t < threads && !failed; t++) {
-        reference_worker *w = workers[t] = (reference_worker *)calloc(1, sizeof *w);
-        if (w == NULL) { failed = 1; break; }
-        made++;
-        w->d = d;
-        w->pairs = pairs;
-        w->pair_count = count;
-        w->jobs = count * d->wavelengths;
-        w->index = t;
-        w->stride = threads;
-        w->rows[0] = d->height;
-        w->rows[1] = -1;
-        w->steps = (double *)calloc((size_t)(d->width + 2) * (size_t)d->height, sizeof(double));
-        w->sum = (double *)calloc(pixels, 3 * sizeof(double));
-        failed = w->steps == NULL || w->sum == NULL;
+    for (t = 1; t < count; t++) started[t] = pthread_create(&ids[t], NULL, reference_mesh, workers[t]) == 0;
+    reference_mesh(workers[0]);
+    for (t = 1; t < count; t++) {
+        if (started[t]) pthread_join(ids[t], NULL);
+        else reference_mesh(workers[t]);
     }
-    if (!failed) {
-#ifndef _WIN32
-        for (t = 1; t < threads; t++) started[t] = pthread_create(&ids[t], NULL, reference_work, workers[t]) == 0;
-        reference_work(workers[0]);
-        for (t = 1; t < threads; t++) {
-            if (started[t]) pthread_join(ids[t], NULL);
-            else reference_work(workers[t]);
-        }
 #else
-        for (t = 0; t < threads; t++) reference_work(workers[t]);
+    for (t = 0; t < count; t++) reference_mesh(workers[t]);
 #endif
-        for (i = 0; i < 3 * pixels; i++) {
-            double sum = 0;
-            for (t = 0; t < threads; t++) sum += workers[t]->sum[i];
-            rgb[i] = (float)fmax(sum, 0);
+}
+
+static int reference_stopped(const reference_desc *d) { return d->stop != NULL && *d->stop; }
+
+/* Rounds of as many jobs as there are workers, their pictures added up in the jobs' order: hence the same sums for any number of
+   workers, each of which needs only one picture of its own. */
+static int reference_jobs(const reference_desc *d, const lflare_pair *pairs, int ghosts, reference_worker **workers, int count, double *sum)
+{
+    int jobs = ghosts * d->wavelengths, job, t, failed = 0;
+    for (job = 0; job < jobs && !failed && !reference_stopped(d); job += count) {
+        int now = jobs - job < count ? jobs - job : count;
+        for (t = 0; t < now; t++) lflare_path_make(d->lens, d->nm[(job + t) % d->wavelengths], &pairs[(job + t) / d->wavelengths], &workers[t]->path);
+        reference_round(workers, now);
+        for (t = 0; t < now; t++) {
+            reference_collect(workers[t], d->rgb[(job + t) % d->wavelengths], sum);
+            failed |= workers[t]->failed;
         }
-        for (t = 0; t < threads; t++) failed |= workers[t]->failed;
+        if (d->progress != NULL) d->progress(d->user, (double)(job + now) / jobs);
     }
-    for (t = 0; t < made; t++) {
-        free(workers[t]->steps);
-        free(workers[t]->sum);
-        free(workers[t]);
+    return failed;
+}
+
+static int reference_threads(int asked)
+{
+#ifndef _WIN32
+    if (asked <= 0) asked = (int)sysconf(_SC_NPROCESSORS_ONLN);
+#endif
+    return asked < 1 ? 1 : asked > REFERENCE_MAX_THREADS ? REFERENCE_MAX_THREADS : asked;
+}
+
+static reference_worker *reference_worker_make(const reference_desc *d)
+{
+    reference_worker *w = (reference_worker *)calloc(1, sizeof *w);
+    if (w == NULL) return NULL;
+    w->d = d;
+    w->rows[0] = d->height;
+    w->rows[1] = -1;
+    w->steps = (double *)calloc((size_t)d->height, (size_t)(d->width + 2) * sizeof(double));
+    if (w->steps != NULL) return w;
+    free(w);
+    return NULL;
+}
+
+/* Fills rgb[3 * width * height], rows from the top, multiples of E. 1 done, 0 stopped, -1 out of memory or a count below 1. Takes
+   24 bytes a pixel and 8 more a thread. */
+static int reference_render(const reference_desc *d, float *rgb)
+{
+    size_t values = (size_t)3 * (size_t)d->width * (size_t)d->height, i;
+    int32_t count = d->lens->ghost_count;
+    lflare_pair *pairs;
+    double *sum;
+    reference_worker *workers[REFERENCE_MAX_THREADS];
+    int threads = reference_threads(d->threads), made = 0, failed;
+    if (d->width < 1 || d->height < 1 || d->cells < 1 || d->wavelengths < 1 || d->wavelengths > REFERENCE_MAX_WAVELENGTHS) return -1;
+    pairs = (lflare_pair *)calloc((size_t)count + 1, sizeof *pairs);
+    sum = (double *)calloc((size_t)d->height, (size_t)d->width * 3 * sizeof(double));
+    failed = pairs == NULL || sum == NULL;
+    if (!failed) {
+        lflare_ghost_list(d->lens, pairs, &count);
+        if (d->only != NULL) pairs[0] = *d->only, count = 1;
+        if (threads > count * d->wavelengths) threads = count * d->wavelengths;
+        while (made < threads && (workers[made] = reference_worker_make(d)) != NULL) made++;
+        failed = made < threads || (made > 0 && reference_jobs(d, pairs, (int)count, workers, made, sum));
+        for (i = 0; i < values; i++) rgb[i] = (float)fmax(sum[i], 0);
     }
+    while (made-- > 0) {
+        free(workers[made]->steps);
+        free(workers[made]);
+    }
+    free(sum);
     free(pairs);
-    return failed ? -1 : d->stop != NULL && *d->stop ? 0 : 1;
+    return failed ? -1 : reference_stopped(d) ? 0 : 1;
 }
 
 #endif

@@ -173,6 +173,10 @@ for t in tests/test_*.c; do
         [ -x "build/$name" ] || { skip "$name with sanitisers: it could not be built"; continue; }
         libs="-lEGL -lGL" leaks=0
         ;;
+    test_reference)
+        [ "${ALL:-}" ] || continue
+        libs=-lpthread
+        ;;
     *) [ "${ALL:-}" ] || continue ;;
     esac
     rm -f "$B/log2"

@@ -35,6 +35,54 @@ result $? "ghosts --csv has 13 rows of 16 fields"
 awk -F, '$1 == 4 && $2 == 2 {found = ($10 + 24.7326 < 0.001 && $10 + 24.7326 > -0.001 && $11 < 0)} END {exit !found}' "$dir/ghosts.csv"
 result $? "ghosts prints sensor coordinates with their sign"
 
+# exact rays computed independently in double precision (the project's golden numbers): entrance 0.01 mm, light at 1e-4 rad
+traced() { # FILE KEY INDEX: the number there
+    sed -nE "s/.*\"$2\": \[([^]]*)\].*/\1/p" "$1" | cut -d, -f"$3"
+}
+near() { awk "BEGIN {d = ($1) - ($2); exit !(d < $3 && -d < $3)}"; } # A B TOLERANCE
+bad=0
+while read -r pair stop sensor; do
+    "$flare" trace $heliar --ghost "$pair" --ray 0.01,0 --angle -0.005729577951308232,0 --json >"$dir/ray.json" || bad=1
+    near "$(traced "$dir/ray.json" stop_mm 1)" "$stop" 1e-12 && near "$(traced "$dir/ray.json" sensor_mm 1)" "$sensor" 1e-12 || { bad=1; echo "# ghost $pair"; }
+done <<'END'
+2,1 -0.011680697963755026 -0.10900388772409833
+4,2 0.007949443332523018 0.011110923445107054
+5,2 0.03493283258249548 0.17970205570452324
+9,8 0.009625746804144467 -0.11928530079532852
+END
+result $bad "trace meets the golden rays to 1e-12 mm"
+# the same ray turned a quarter: everything in y
+"$flare" trace $heliar --ghost 4,2 --ray 0,0.01 --angle 0,-0.005729577951308232 --json >"$dir/ray.json"
+near "$(traced "$dir/ray.json" sensor_mm 2)" 0.011110923445107054 1e-12 && near "$(traced "$dir/ray.json" sensor_mm 1)" 0 1e-12
+result $? "trace has y as it has x"
+[ "$(tr -d '\n' <"$dir/ray.json" | sed -E 's/\{"surface"[^}]*\}(, )?//g' | grep -oE '"[a-z_]+":' | tr -d '":' | tr '\n' ' ')" = "name ghost lambda_nm entrance_mm slope hits sensor_mm stop_mm weight widest widest_relative fate lost_at blocked_by " ] &&
+    [ "$(grep -oE '\{"surface"[^}]*\}' "$dir/ray.json" | sed -n 4p | grep -oE '"[a-z_]+":' | tr -d '":' | tr '\n' ' ')" = "surface backwards reflected x y z dx dy dz relative incidence_deg share " ]
+result $? "trace --json has its keys in order"
+[ "$(grep -oE '"surface": [0-9]+' "$dir/ray.json" | sed 's/.* //' | tr '\n' ' ')" = "1 2 3 4 3 2 3 4 5 6 7 8 9 " ] && [ "$(grep -o '"reflected": true' "$dir/ray.json" | wc -l)" = 2 ]
+result $? "trace --ghost 4,2 goes 1 2 3 4, 3 2, 3 to 9"
+# on the axis: normal incidence, Fresnel's ((n - 1) / (n + 1))^2 of each surface
+"$flare" trace $heliar --ghost 4,2 --ray 0,0 --json >"$dir/ray.json"
+weight=$(awk 'BEGIN {
+    n = split("1.652 1.603 1 1.643 1 1 1.581 1.694 1", behind, " "); before = 1; w = 1
+    for (i = 1; i <= n; i++) { r[i] = ((behind[i] - before) / (behind[i] + before)) ^ 2; before = behind[i]; w *= i == 4 ? r[4] * (1 - r[3]) * r[2] * (1 - r[3]) * (1 - r[4]) : 1 - r[i] }
+    printf "%.15g", w }')
+near "$(sed -nE 's/.*"weight": ([^,]*),.*/\1/p' "$dir/ray.json")" "$weight" 1e-18
+result $? "trace on the axis weighs by Fresnel's formula: $weight"
+fate() { # WHAT PATTERN ARGUMENTS...: both the sentence and the JSON
+    what=$1 sentence=$2 json=$3
+    shift 3
+    "$flare" trace "$@" | grep -qE "^fate      $sentence\$" && "$flare" trace "$@" --json | grep -q "$json"
+    result $? "trace: $what"
+}
+printf 'lensflare 1\nfnumber 4\nstop 1 semi 4\nflat 12 n 1.7 semi 12\n-10 50 air semi 9.9\n' >"$dir/ball.lens"
+fate "a ray that arrives" 'arrives' '"fate": "arrives", "lost_at": null, "blocked_by": null' "$dir/ball.lens" --ray 2,1
+fate "a ray past the stop" 'arrives, but for the stop, .*' '"fate": "arrives", "lost_at": null, "blocked_by": 1' "$dir/ball.lens" --ray 5,0
+fate "a ray through a rim" 'arrives, but for the rim of surface 1, .*' '"fate": "arrives", "lost_at": null, "blocked_by": 1' $heliar --ray 14.6,0
+fate "total reflection" 'totally reflected at surface 3, .*' '"fate": "total", "lost_at": 3' "$dir/ball.lens" --ray 9,0
+fate "a ray beside the surface" 'misses surface 3' '"sensor_mm": null, .*"fate": "misses", "lost_at": 3' "$dir/ball.lens" --ray 10.5,0
+"$flare" trace $heliar --ghost 4,2 --ray 3,4 --angle 10,5 >"$dir/ray.txt" && [ "$(grep -cE '^ +[0-9]+ (->|<-|->\||\|<-) ' "$dir/ray.txt")" = 13 ] && grep -q '^sensor  ' "$dir/ray.txt"
+result $? "trace prints a table of 13 hits"
+
 "$flare" render $heliar -o "$dir/a.pfm" --size 64x48 --angle 5,3 --ghosts-only && [ "$(head -c 12 "$dir/a.pfm" | tr '\n' ' ')" = "PF 64 48 -1." ] && [ "$(wc -c <"$dir/a.pfm")" = $((3 + 6 + 5 + 64 * 48 * 12)) ]
 result $? "render writes a PFM of the right size"
 "$flare" render $heliar -o "$dir/a.png" --size 64x48 --angle 5,3 && head -c 8 "$dir/a.png" | od -An -tx1 | grep -q '89 50 4e 47 0d 0a 1a 0a'
@@ -61,6 +109,86 @@ for host in egl osmesa; do
     [ "$db" = null ] || [ "${db:-0}" -ge 50 ]
     result $? "render --backend gl draws with $host what software does: ${db:-no} dB, linear"
 done
+# ---- the reference ----
+picture=tests/data/heliar-picture.lens
+"$flare" render $picture -o "$dir/ref.pfm" --size 80x45 --angle 10,5 --fnumber 8 --ghosts-only --model reference --cells 20 2>"$dir/err" && [ "$(cat "$dir/err")" = "flare: reference: a mesh of 20 cells a side" ]
+db=$("$flare" compare tests/data/heliar-picture.pfm "$dir/ref.pfm" --json | sed -nE 's/.*"psnr_db": ([0-9]+).*/\1/p')
+[ "${db:-0}" -ge 50 ]
+result $? "render --model reference meets the golden picture: ${db:-no} dB"
+"$flare" render $picture -o "$dir/ref2.pfm" --size 64x36 --angle 10,5 --fnumber 8 --model reference 2>"$dir/err"
+grep -qE '^flare: reference: meshes of 60 and 96 cells a side agree to [5-9][0-9]\.[0-9] dB$' "$dir/err" && [ "$(wc -l <"$dir/err")" = 1 ]
+result $? "render --model reference says how well two meshes agree"
+# near the axis and stopped down both models are one: a ghost's colour and place, the same exposure in a PNG
+small="$picture --size 160x90 --angle 1,0.5 --fnumber 22 --blades 5 --fov 10"
+"$flare" render $small -o "$dir/par.pfm" && "$flare" render $small -o "$dir/exact.pfm" --model reference --cells 20 2>"$dir/err"
+"$flare" render $small -o "$dir/par.png" && "$flare" render $small -o "$dir/exact.png" --model reference --cells 20 --radius 1 2>"$dir/err"
+grep -q '^flare: --radius has no effect' "$dir/err"
+result $? "render --model reference says that it leaves --radius out"
+for kind in pfm png; do
+    db=$("$flare" compare "$dir/par.$kind" "$dir/exact.$kind" --json 2>/dev/null | sed -nE 's/.*"psnr_db": ([0-9]+).*/\1/p')
+    [ "${db:-0}" -ge 30 ]
+    result $? "both models agree near the axis ($kind): ${db:-no} dB"
+done
+# white is white: with any number of wavelengths, glass of constant index and no film has no colour
+printf 'lensflare 1\nfnumber 4\n50 4 n 1.5 semi 12\n-60 2 air semi 12\nstop 40 semi 8\n' >"$dir/grey.lens"
+"$flare" render "$dir/grey.lens" -o "$dir/three.pfm" --size 32x18 --model reference --cells 20 --angle 3,2 2>"$dir/err"
+"$flare" render "$dir/grey.lens" -o "$dir/many.pfm" --size 32x18 --model reference --cells 20 --angle 3,2 --wavelengths 12 2>"$dir/err"
+db=$("$flare" compare "$dir/three.pfm" "$dir/many.pfm" --json | sed -nE 's/.*"psnr_db": ([0-9]+|null).*/\1/p')
+[ "$db" = null ] || [ "${db:-0}" -ge 90 ]
+result $? "twelve wavelengths are as white as three: $db dB"
+for signal in INT TERM; do
+    rm -f "$dir/never.pfm"
+    "$flare" render lenses/nikon-80-200-mid.lens -o "$dir/never.pfm" --model reference --size 640x360 --cells 400 2>"$dir/err" &
+    pid=$!
+    sleep 1
+    kill -$signal $pid
+    wait $pid
+    [ $? = 130 ] && [ ! -e "$dir/never.pfm" ] && [ ! -e "$dir/never.pfm.part" ] && [ "$(cat "$dir/err")" = "flare: interrupted; nothing was written" ]
+    result $? "SIG$signal ends a long render: status 130, no file"
+done
+
+# ---- diagrams ----
+well_formed() { # FILE: by xmllint, or else every element closed
+    if command -v xmllint >/dev/null; then xmllint --noout "$1"; else
+        awk '{ while (match($0, /<[^>]*>/)) { t = substr($0, RSTART, RLENGTH); $0 = substr($0, RSTART + RLENGTH); d += t ~ /^<\// ? -1 : t ~ /\/>$/ ? 0 : 1 } } END { exit d != 0 || NR < 5 }' "$1"
+    fi
+}
+glasses() { sed 's/#.*//' "$1" | grep -cE '^ *(-?[0-9.]+|flat) .* (nd?|sellmeier|cauchy) '; }
+same_drawing() { # FILE FILE: other machines may round a last digit otherwise
+    [ "$(tr -d '0-9.\n-' <"$1")" = "$(tr -d '0-9.\n-' <"$2")" ] && { tr -cs '0-9.\n-' '\n' <"$1" >"$dir/one"; tr -cs '0-9.\n-' '\n' <"$2" >"$dir/two"; } &&
+        paste -d ' ' "$dir/one" "$dir/two" | awk 'NF == 2 && ($1 - $2 > 0.02 || $2 - $1 > 0.02) { exit 1 }'
+}
+bad=0
+for lens in lenses/*.lens; do
+    svg=lenses/diagrams/$(basename "$lens" .lens).svg
+    "$flare" diagram "$lens" -o "$dir/lens.svg" && well_formed "$dir/lens.svg" && [ "$(grep -c 'class="glass"' "$dir/lens.svg")" = "$(glasses "$lens")" ] &&
+        [ "$(grep -c '^<path d=' "$dir/lens.svg")" = 5 ] && [ "$(grep -c 'class="stop"' "$dir/lens.svg")" = 2 ] && ! grep -qE 'nan|inf' "$dir/lens.svg" ||
+        { bad=1; echo "# $lens"; }
+    [ -f "$svg" ] && [ "$(wc -c <"$svg")" -lt 20000 ] && same_drawing "$svg" "$dir/lens.svg" && grep -q "(diagrams/$(basename "$svg"))" lenses/README.md ||
+        { bad=1; echo "# $svg is not what 'make diagrams' makes"; }
+done
+result $bad "diagram: an outline a glass, five rays, in lenses/README.md, for every lens"
+# cemented glasses share a face: the arc of the common surface is there twice, once each way
+printf 'lensflare 1\nname A & B <"C">\nfnumber 8\nstop 2 semi 4\n50 4 n 1.5 semi 10\n-40 2 n 1.7 semi 10\n-90 80 air semi 10\n' >"$dir/pair.lens"
+"$flare" diagram "$dir/pair.lens" -o "$dir/pair.svg" && well_formed "$dir/pair.svg" && grep -q '<title>A &amp; B &lt;"C"&gt;</title>' "$dir/pair.svg"
+result $? "diagram writes names as XML wants them"
+[ "$(grep 'class="glass"' "$dir/pair.svg" | grep -oE 'A[0-9.]+ ' | sort | uniq -c | awk '{print $1}' | sort | tr '\n' ' ')" = "1 1 2 " ]
+result $? "diagram: cemented glasses share a face"
+"$flare" diagram $heliar -o "$dir/ghost.svg" --ghost 4,2 --rays 9 --angle 0,5 && well_formed "$dir/ghost.svg" && [ "$(grep -c '^<path d=' "$dir/ghost.svg")" = 18 ] && [ "$(grep -c 'class="mirror"' "$dir/ghost.svg")" = 2 ]
+result $? "diagram --ghost draws its rays and both mirrors"
+# the bounds are where `flare trace` finds that rays begin to pass
+bounds=$(sed -nE 's/.*ghost 4,2 enters at ([-0-9.]+) to ([-0-9.]+) mm.*/\1 \2/p' "$dir/ghost.svg")
+bad=0
+for side in 1 2; do
+    at=$(echo "$bounds" | cut -d' ' -f$side)
+    for step in 0.02 -0.02; do
+        y=$(awk "BEGIN {print $at + $step}")
+        passes=$("$flare" trace $heliar --ghost 4,2 --angle 0,5 --ray "0,$y" --json | grep -c '"fate": "arrives", "lost_at": null, "blocked_by": null')
+        case "$side$step$passes" in 10.021 | 1-0.020 | 20.020 | 2-0.021) ;; *) bad=1 ;; esac
+    done
+done
+result $bad "diagram --ghost states the entrance heights that pass: ${bounds:-none}"
+
 "$flare" --version | grep -q '^flare [0-9]' && "$flare" --help | grep -q 'flare render' && "$flare" render --help | grep -q 'flare render'
 result $? "--version and --help"
 
@@ -71,12 +199,29 @@ refused "a directory" . info "$dir"
 refused "an unknown command" "unknown command 'draw'" draw
 refused "an unknown option" "unknown option '--sice'" render $heliar -o "$dir/c.png" --sice 3x3
 refused "a bad number" "^flare: --fnumber: .*'fast'" render $heliar -o "$dir/c.png" --fnumber fast
+refused "a ghost that is none" "7,2 is no ghost" trace $heliar --ray 0,0 --ghost 7,2
+refused "a pair the wrong way round" "2,4 is no ghost" trace $heliar --ray 0,0 --ghost 2,4
+refused "surface 0" "^flare: --ghost: a number from 1" trace $heliar --ray 0,0 --ghost 0,1
+refused "half a surface" "^flare: --ghost: two surface numbers" trace $heliar --ray 0,0 --ghost 4.5,2
+refused "no ray" "with --ray X,Y" trace $heliar --ghost 4,2
+refused "half a ray" "^flare: --ray: two numbers joined by ','" trace $heliar --ray 3
+refused "a wavelength of nothing" "^flare: --lambda: " trace $heliar --ray 0,0 --lambda 0
+refused "an option of another command" "unknown option '--fnumber' for 'flare trace'" trace $heliar --ray 0,0 --fnumber 8
 refused "a missing value" "a value is missing" render $heliar -o
 refused "no output named" "with -o" render $heliar
 refused "an unknown picture format" "\.png or \.pfm" render $heliar -o "$dir/c.jpg"
 refused "a folder that is not there" "cannot be written" render $heliar -o "$dir/no/c.png"
 refused "two blades" "3 to 16" render $heliar -o "$dir/c.png" --blades 2
-refused "a model of a later version" "paraxial" render $heliar -o "$dir/c.png" --model traced
+refused "a model of a later version" "'paraxial' or 'reference'" render $heliar -o "$dir/c.png" --model traced
+refused "two wavelengths" '^flare: --wavelengths: ' render $heliar -o "$dir/c.png" --model reference --wavelengths 2
+refused "a share of a cell" 'whole number' render $heliar -o "$dir/c.png" --model reference --cells 20.5
+refused "cells of the paraxial model" '^flare: --cells belongs to --model reference$' render $heliar -o "$dir/c.png" --cells 20
+refused "the reference with GL" 'has no --backend gl' render $heliar -o "$dir/c.png" --model reference --backend gl
+refused "a diagram of no kind" "\.svg was expected" diagram $heliar -o "$dir/c.png"
+refused "a diagram that goes nowhere" "with -o OUT\.svg" diagram $heliar
+refused "a diagram of no ghost" "3,4 is no ghost" diagram $heliar -o "$dir/c.svg" --ghost 3,4
+refused "half a ray drawn" "^flare: --rays: a whole number" diagram $heliar -o "$dir/c.svg" --rays 2.5
+refused "a diagram in a folder that is not there" "cannot be written" diagram $heliar -o "$dir/no/c.svg"
 refused "an unknown backend" "'software' or 'gl'.*'vulkan'" render $heliar -o "$dir/c.png" --backend vulkan
 GL_HOST=none
 export GL_HOST
@@ -84,7 +229,7 @@ refused "no GL context" '^flare: --backend gl: GL_HOST is neither egl nor osmesa
 unset GL_HOST
 "$flare" render $heliar -o "$dir/small.pfm" --size 32x24
 refused "pictures of two sizes" "one size" compare "$dir/a.pfm" "$dir/small.pfm"
-[ ! -e "$dir/c.png" ] && [ -z "$(find "$dir" -name '*.part')" ]
+[ ! -e "$dir/c.png" ] && [ ! -e "$dir/c.svg" ] && [ -z "$(find "$dir" -name '*.part')" ]
 result $? "what is refused leaves no file"
 if [ -w /dev/full ]; then
     "$flare" ghosts $heliar --csv >/dev/full 2>"$dir/err"
