@@ -126,6 +126,11 @@ grep -q '^flare: --radius has no effect' "$dir/err"
 result $? "render --model reference says that it leaves --radius out"
 for kind in pfm png; do
     db=$("$flare" compare "$dir/par.$kind" "$dir/exact.$kind" --json 2>/dev/null | sed -nE 's/.*"psnr_db": ([0-9]+).*/\1/p')
+    if [ $kind = png ] && "$flare" compare "$dir/par.png" "$dir/par.png" 2>&1 | grep -q 'built without libpng'; then
+        n=$((n + 1))
+        echo "ok $n # SKIP this flare was built without libpng: both models as PNG"
+        continue
+    fi
     [ "${db:-0}" -ge 30 ]
     result $? "both models agree near the axis ($kind): ${db:-no} dB"
 done
