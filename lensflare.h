@@ -14,7 +14,8 @@
        LFLARE_NO_STDIO         leaves out lflare_file_read and the include of <stdio.h>
        LFLARE_NO_SOFTWARE      leaves out the room "software"
        LFLARE_NO_GL            leaves out the room "gl"
-       LFLARE_NO_TRACE         leaves out the room "trace"
+       LFLARE_NO_TRACE         leaves out the room "trace": fits made elsewhere are still loaded and drawn
+       LFLARE_NO_ABERRATION    leaves out the polynomial model: room "aberration", fitting, meshes
        LFLARE_NO_DIFFRACTION   accepted; its room comes in a later version
 
    Needs libc and libm. No globals, no output, no exit. All lengths are millimetres, angles radians, wavelengths
@@ -33,13 +34,14 @@
        >> 6 ghosts
        >> 7 coating
        >> 8 iris
-       >> 9 trace
-       >> 10 tables
-       >> 11 frame
-       >> 12 software
-       >> 13 gl
-       >> 14 object
-       >> 15 licence
+       >> 9 aberration
+       >> 10 trace
+       >> 11 tables
+       >> 12 frame
+       >> 13 software
+       >> 14 gl
+       >> 15 object
+       >> 16 licence
 
    QUICK EXAMPLE (a test extracts, compiles and runs it)
 
@@ -152,6 +154,12 @@
    Irradiance is E cos(theta) W / M11^2, W the product of film reflectances and transmittances along the ray through the
    centroid of the footprint (P 3, 5). Small ghosts keep a least size, and lamps soften edges by their own size (P 3).
 
+   The polynomial model takes a fit, made once per lens from exact rays by lflare_aberration_fit and stored: per ghost, at
+   twelve field angles, polynomials of the entrance point for the places on sensor, stop and rims and for W. A frame does not
+   evaluate them. Configure samples them over what the iris leaves open, on rings of vertices that end where iris or rims
+   cut; a frame interpolates these meshes between field angles and draws them in patches of one size, an instance each.
+   Irradiance is W times entrance area over sensor area; where a map turns over (caustics), of the triangles round a vertex.
+
    THE TABLES, BY LIFETIME (all float; every row is a whole number of RGBA32F texels, so a GPU reads it with texelFetch)
 
        lens      head      ghost:  3 x (Ma11 Ma12 M11 M12), one per wavelength; (first second rims 0)       64 bytes
@@ -160,17 +168,17 @@
        lens      index     surface: index behind it at 3 wavelengths
        settings  field     ghost:  LFLARE_FIELD_SAMPLES x 2 x (W_r W_g W_b centroid)(radius turn0 turn2 binding) 2048 bytes
        settings  style     ghost:  (tint rgb, scale)(move along, move across, field angle where hidden, 1/that)
-       settings  cull      active ghosts, strongest first: bounds, for the CPU's loop                       24 bytes
+       settings  cull      active ghosts, strongest first: bounds, for the CPU's loop                       28 bytes
+       settings  mesh_head ghost: (first texel, directions, rings, diffraction)(hidden angle, ragged, meshes, texels a knot)
+       settings  mesh      ghost: 12 field angles x 2 texels of the whole, then 4 a vertex                  about 70 KB
        settings  blades    (normal x y, distance, arc radius) per blade
        frame     lights    64 bytes each
        instance            ghost, light, patch, band: four 16-bit numbers                                    8 bytes
 
-   What comes next fits without moving these walls. Polynomials (issue "beyond first order"): one more lens table of
-   about 700 bytes a ghost, indexed like `head`; `patch` selects the grid patch or its level. Traced rays: `index`, the
-   lens's radii and gaps in a uniform block of 128 x 16 bytes, `film` as it is. More than three wavelengths: `band`
-   counts triples of wavelengths and rows repeat per band. Ringing: fringe lengths follow from head and rims (P 9) and
-   replace the edge profile, whose one function is lflare_edge_coverage. Masks: `blades` count 0 and an image over the
-   iris's circumscribed circle. Overrides: `style`. Occlusion strip: one texel a light multiplied into its irradiance.
+   What comes next fits without moving these walls. Traced rays: `index`, the lens's radii and gaps in a uniform block of
+   128 x 16 bytes, `film` as it is. More than three wavelengths: `band` counts triples of wavelengths and rows repeat per
+   band. Ringing: fringe lengths follow from head and rims (P 9) and replace the edge profile, whose one function is
+   lflare_edge_coverage. Masks: `blades` count 0 and an image over the iris's circumscribed circle. Overrides: `style`. Occlusion strip: one texel a light multiplied into its irradiance.
    Starburst: drawn at lights[i].image, an image of settings lifetime.
 
    LIMITS
@@ -234,7 +242,11 @@ enum {
     LFLARE_HEAD_FLOATS = 16,
     LFLARE_RIM_FLOATS = 12,    /* of one rim: 3 x (A B h surface) */
     LFLARE_FIELD_FLOATS = 8,   /* of one sample */
-    LFLARE_STYLE_FLOATS = 8
+    LFLARE_STYLE_FLOATS = 8,
+    LFLARE_MESH_HEAD_FLOATS = 8,
+    LFLARE_PATCH_DIRECTIONS = 9, /* vertices of a patch of a mesh: round its inside and its rim, */
+    LFLARE_PATCH_RINGS = 5,      /* outwards in the inside, */
+    LFLARE_PATCH_BANDS = 3       /* and in the rim */
 };
 
 /* 0 done, positive partial, negative failed. */
@@ -247,7 +259,8 @@ typedef enum lflare_result {
     LFLARE_ERROR_MEMORY = -4,     /* an allocation failed; nothing leaked, nothing changed */
     LFLARE_ERROR_FILE = -5,       /* the file cannot be read */
     LFLARE_ERROR_LIMIT = -6,      /* more lights than were asked for, or than a draw takes */
-    LFLARE_ERROR_GL = -7          /* a GL function or version is missing, or a shader fails: see the error's text and the log */
+    LFLARE_ERROR_GL = -7,         /* a GL function or version is missing, or a shader fails: see the error's text and the log */
+    LFLARE_ERROR_FIT = -8         /* not a fit, damaged, of another version or of another lens: see the error's text */
 } lflare_result;
 
 /* What went wrong and where. `line` and `column` count from 1, columns in bytes; 0 where there is no text to point at. */
@@ -472,8 +485,10 @@ enum { LFLARE_MAX_STEPS = 3 * LFLARE_MAX_SURFACES };
 typedef struct lflare_step {
     int32_t surface, backwards, reflected;
     double z;                        /* of the vertex, from that of the first surface */
-    double n_in, n_out;
+    double n_in, n_out, eta;         /* eta: n_in / n_out */
     double n_front, n_behind;        /* of the media on its two sides */
+    double curvature, semi;          /* 1 / radius, 0 = flat; clear semi-diameter */
+    int32_t polynomial;              /* the surface has aspheric terms */
     const lflare_layer *layers;      /* from the front side; NULL: the one below */
     lflare_layer quarter;
     int32_t layer_count;
@@ -521,7 +536,46 @@ LFLARE_API lflare_result lflare_path_make(const lflare_lens *lens, double nm, co
    weights as much again and 100 ns a layer. */
 LFLARE_API lflare_fate lflare_path_trace(const lflare_path *path, const double entrance[2], const double slope[2], lflare_ray *out, lflare_hit *hits);
 
+/* ---- aberrations ---- */
+
+enum { LFLARE_FIT_RIMS = 6 };
+
+/* What fitting may be told. All zeroes is fine. */
+typedef struct lflare_aberration_desc {
+    int32_t (*progress)(void *user, int32_t done, int32_t count); /* after each ghost; anything but 0 stops it; may be NULL */
+    lflare_realloc allocate; /* NULL = libc's */
+    void *user;              /* of both */
+} lflare_aberration_desc;
+
+/* Fits polynomials to exact rays of every ghost (P 8), once per lens: about 5 ms a ghost. *fit is allocated, *size bytes long, free
+   it with the same callback: a block of bytes to store, to load at any address and to give to lflare_desc. Takes 3 MB while it works.
+   LFLARE_INCOMPLETE if `progress` stopped it, with nothing left behind. desc and error may be NULL. Not with LFLARE_NO_TRACE. */
+LFLARE_API lflare_result lflare_aberration_fit(const lflare_lens *lens, const lflare_aberration_desc *desc, void **fit, size_t *size, lflare_error *error);
+
+/* Whether a fit is whole, of this version, and of this lens; error (may be NULL) says what is wrong. Any bytes are safe. What
+   follows may then read it. 50 us a megabyte. */
+LFLARE_API lflare_result lflare_aberration_check(const lflare_lens *lens, const void *fit, size_t size, lflare_error *error);
+
+/* What a fit says of a ray, as lflare_ray would. */
+typedef struct lflare_fitted_ray {
+    float sensor[2], stop[2];       /* mm */
+    float rims[LFLARE_FIT_RIMS][2]; /* where it meets the rims that clip, in units of their clear radii */
+    int32_t rim_count;
+    float weight;
+} lflare_fitted_ray;
+
+/* From a checked fit: the ray of a ghost (index in lflare_ghost_list) at wavelength k of the tables' three, from a point of the
+   plane z = 0 with a slope. LFLARE_INCOMPLETE: outside what was fitted, or hidden (then all zeroes). About 2 us. */
+LFLARE_API lflare_result lflare_aberration_ray(const void *fit, int32_t ghost, int32_t k, const double entrance[2], const double slope[2],
+                                               lflare_fitted_ray *out);
+
 /* ---- settings, views, lights ---- */
+
+typedef enum lflare_model {
+    LFLARE_MODEL_AUTO = 0,   /* polynomial if there is a fit, else paraxial */
+    LFLARE_MODEL_PARAXIAL,   /* undistorted ghosts (LE 3) */
+    LFLARE_MODEL_POLYNOMIAL  /* near enough to exact rays; needs a fit */
+} lflare_model;
 
 /* Changes one ghost, by its surface pair counted from 1 as in tables and patents. All zeroes changes nothing. */
 typedef struct lflare_override {
@@ -537,6 +591,7 @@ typedef struct lflare_override {
 /* All zeroes is the lens as it is: full opening, round iris, every ghost, normalised exposure. */
 typedef struct lflare_settings {
     double fnumber;
+    lflare_model model;
     int32_t blades;
     float blade_rotation, blade_curvature;
     int32_t raw;               /* 1: irradiance in multiples of the light's; 0: times a constant of the lens, such that a white
@@ -587,6 +642,7 @@ typedef struct lflare_cull {
     float along, across;    /* centre = slope * along + slope turned left * across */
     float radius, reach;    /* radius of the bounding disc; growth per radian of angular radius */
     uint32_t ghost;
+    uint16_t patches, reserved; /* instances a light; paraxial: 1 */
 } lflare_cull;
 
 /* Everything a renderer reads. Pointers are the caller's; see THE TABLES above for the rows. */
@@ -600,17 +656,23 @@ typedef struct lflare_tables {
     float *rims;            /* [ghost_count * LFLARE_MAX_RIMS * LFLARE_RIM_FLOATS] */
     float *film;            /* [surface_count * LFLARE_FILM_SAMPLES * 4] */
     float *index;           /* [surface_count * 4]: behind each surface, 0 */
+    const uint8_t *fit;     /* checked; NULL: there is none */
     /* settings: filled by lflare_tables_configure_* */
     float *field;           /* [ghost_count * LFLARE_FIELD_SAMPLES * LFLARE_FIELD_FLOATS] */
     float *style;           /* [ghost_count * LFLARE_STYLE_FLOATS] */
+    float *mesh_head;       /* [ghost_count * LFLARE_MESH_HEAD_FLOATS]; NULL where there is no fit, or the model is paraxial */
+    float *mesh;            /* [mesh_texels * 4] */
+    size_t mesh_texels;
     float *rank;            /* [ghost_count * 2]: peak flux; mean irradiance over the frame at the exposure's reference */
     lflare_cull *cull;      /* [ghost_count], the first active_count in use, strongest first */
     int32_t active_count, ghost_budget;
+    lflare_model model;     /* in force: paraxial or polynomial */
     float exposure;         /* gain on the lights' colour */
     float mean_irradiance;  /* over the frame, of a light of 1 at the exposure's reference, without exposure */
     float fnumber;          /* effective */
     lflare_iris iris;
-    uint64_t lens_hash, settings_hash; /* of head and rims, of field and style, by configure_end: upload anew what changed */
+    uint64_t lens_hash, settings_hash, mesh_hash; /* of head and rims; of field and style; of what the meshes come from; by
+                               configure_end: upload anew what changed */
 } lflare_tables;
 
 /* Bytes of the lens's and of the settings' arrays. Several settings may share one lens part. */
@@ -620,7 +682,7 @@ typedef struct lflare_tables_size {
 
 /* Sets sizes and counts of *out and, where memory is given (16-byte aligned, lflare_tables_size of it; NULL = leave as is),
    the array pointers into it. */
-LFLARE_API lflare_tables_size lflare_tables_layout(const lflare_lens *lens, void *lens_memory, void *settings_memory, lflare_tables *out);
+LFLARE_API lflare_tables_size lflare_tables_layout(const lflare_lens *lens, const void *fit, void *lens_memory, void *settings_memory, lflare_tables *out);
 
 /* Prepare: the lens tables of ghosts begin <= g < end, so that slices or threads may share the work; films and indices
    come with begin == 0. Cost: 10 to 15 us a ghost. */
@@ -705,6 +767,27 @@ LFLARE_API float lflare_footprint_coverage(const lflare_footprint *footprint, in
 /* Edge profile: 0 at -1, 1/2 at the edge, 1 at +1, slope and variance those of a lamp's disc and a pixel together. */
 LFLARE_API float lflare_edge_coverage(float t);
 
+/* A vertex of a ghost's mesh, drawn: all is linear between vertices. */
+typedef struct lflare_patch_vertex {
+    float position[2];                     /* on the sensor, mm */
+    float irradiance[LFLARE_WAVELENGTHS];  /* linear, exposure applied */
+    float iris[LFLARE_WAVELENGTHS][2];     /* where the ray meets the iris, in units of its radius */
+    float rim[LFLARE_WAVELENGTHS];         /* how far out on the rim that clips first, in units of its clear radius: inside is below 1 */
+    float rim_soft;                        /* over which that rim's edge fades on either side, mm on the sensor */
+} lflare_patch_vertex;
+
+/* A patch of a mesh for one light. Quads between neighbours, each of two triangles with the diagonal from [k + 1][i] to [k][i + 1]:
+   those of `inside` are lit all over, those of `rim` within iris and rims. Triangles may overlap (caustics) and turn over. */
+typedef struct lflare_patch {
+    int32_t rimmed;                        /* 0: this patch has no rim */
+    float iris_soft;                       /* as rim_soft, of the iris */
+    lflare_patch_vertex inside[LFLARE_PATCH_RINGS][LFLARE_PATCH_DIRECTIONS], rim[LFLARE_PATCH_BANDS][LFLARE_PATCH_DIRECTIONS];
+} lflare_patch;
+
+/* Resolves one instance of tables with meshes: what the vertex shader computes, for renderers of your own. Returns 0 if nothing is
+   left to draw. About 8 us. */
+LFLARE_API int32_t lflare_patch_resolve(const lflare_tables *tables, const lflare_frame_data *frame, lflare_instance instance, lflare_patch *out);
+
 /* ---- software ---- */
 
 typedef struct lflare_image {
@@ -718,6 +801,10 @@ typedef struct lflare_image {
    different threads. Allocates nothing, uses 50 KB of stack. */
 LFLARE_API lflare_result lflare_software_rows(const lflare_footprint *footprints, int32_t count, const lflare_iris *iris,
                                               const lflare_frame_data *frame, const lflare_image *image, int32_t begin, int32_t end);
+
+/* The same from tables with meshes. */
+LFLARE_API lflare_result lflare_software_patches(const lflare_tables *tables, const lflare_frame_data *frame, const lflare_image *image, int32_t begin,
+                                                 int32_t end);
 
 /* 8-bit sRGB (or, with srgb 0, linear 8-bit for targets that encode on write) from linear RGBA floats times `gain`,
    clipped; `out` holds 3 * count bytes. */
@@ -797,6 +884,8 @@ typedef struct lflare_desc {
     const char *text;       /* a prescription's text, or */
     size_t text_size;
     const lflare_prescription *prescription; /* one already read; text is then ignored */
+    const void *fit;        /* of lflare_aberration_fit, for the polynomial model: must outlive the object; NULL = none */
+    size_t fit_size;
     lflare_settings settings;
     int32_t max_lights;     /* of a frame; 0 = 16 */
     lflare_realloc allocate; /* NULL = libc's */
@@ -1761,6 +1850,7 @@ LFLARE_API const char *lflare_result_text(lflare_result result)
     case LFLARE_ERROR_FILE: return "the file cannot be read";
     case LFLARE_ERROR_LIMIT: return "more than was allowed for at creation";
     case LFLARE_ERROR_GL: return "GL lacks something, or a shader fails";
+    case LFLARE_ERROR_FIT: return "the fit is damaged, or of another lens or version";
     }
     return "unknown result";
 }
@@ -2492,7 +2582,357 @@ LFLARE_API lflare_result lflare_iris_make(const lflare_lens *lens, double fnumbe
     return LFLARE_OK;
 }
 
-/* >> 9 trace */
+/* >> 9 aberration */
+#ifndef LFLARE_NO_ABERRATION
+/* The fit of a lens: what exact rays do, as polynomials. Per ghost and at LFLARE__KNOTS field angles, in the light's frame (x
+   along its slope), polynomials of the entrance point about the middle of the bundle that passes: the places where a ray meets
+   the sensor, the stop and the rims that clip, and its weight. Local polynomials of order 3 to 9 reach what global ones in
+   powers of the field angle (P 8) do not, by 10 to 30 dB. By mirror symmetry x and the weight are even in y, y is odd.
+   All numbers are little-endian: a head of LFLARE__FIT_HEAD bytes, a row of LFLARE__FIT_ROW bytes a ghost, then the knots. */
+
+enum {
+    LFLARE__KNOTS = 12,
+    LFLARE__MAX_ORDER = 9,
+    LFLARE__EVEN = 30,                     /* even terms of that order */
+    LFLARE__ODD = 25,
+    LFLARE__MAX_LEVEL = 2,                 /* of a mesh's density */
+    LFLARE__MESH_KNOT_TEXELS = 2,          /* radius of a disc of its area, blur of the iris, radius of the bundle, 0; bounds */
+    LFLARE__MESH_FLOATS = 16,              /* of a vertex: place, irradiances, rims, places on the iris, blur of the rim, see mesh_knot */
+    LFLARE__PLACES = 2 + LFLARE_FIT_RIMS,  /* sensor, stop, rims */
+    LFLARE__FIT_VERSION = 1,
+    LFLARE__FIT_HEAD = 32,                 /* magic, version, ghosts, size; hashes of lens and content */
+    LFLARE__FIT_ROW = 28                   /* offset, angle where hidden; order, rims, level, folded; steps of the rims; error */
+};
+
+/* Where rays land farther out than this, in sensor sizes from the axis, they do not matter. */
+#define LFLARE__FIT_REACH 0.75
+
+/* Terms x^i y^2j with i + 2j <= order, by total degree: a lower order is a prefix. Odd ones are y times those of order - 1. */
+static int32_t lflare__terms(int32_t order) { return (order / 2 + 1) * ((order + 1) / 2 + 1); }
+
+/* Other wavelengths are stored as what they differ by from the middle one, which is smoother. */
+static int32_t lflare__difference_order(int32_t order) { return order > 3 ? order - 2 : order; }
+
+static uint32_t lflare__get_bytes(const uint8_t *p, int32_t count)
+{
+    uint32_t v = 0;
+    int32_t i;
+    for (i = 0; i < count; i++) v |= (uint32_t)p[i] << (8 * i);
+    return v;
+}
+
+static float lflare__get_float(const uint8_t *p)
+{
+    uint32_t bits = lflare__get_bytes(p, 4);
+    float v;
+    memcpy(&v, &bits, sizeof v);
+    return v;
+}
+
+static int lflare__get_short(const uint8_t *p) { return (int)(lflare__get_bytes(p, 2) ^ 0x8000u) - 0x8000; }
+
+/* A ghost's row of a fit. */
+typedef struct lflare__fit_ghost {
+    const uint8_t *knots;     /* NULL: no light comes this way */
+    float hidden_angle;
+    int32_t order, rims, level, folded, squarings, steps[LFLARE_FIT_RIMS];
+    float error;              /* of the sensor places, greatest of the rays fitted, mm */
+} lflare__fit_ghost;
+
+static size_t lflare__field_bytes(int32_t terms) { return 8 + 2 * (size_t)(terms - 1); }
+
+/* Of one knot. */
+static size_t lflare__knot_bytes(int32_t order, int32_t rims)
+{
+    size_t bytes = 12;
+    int32_t k;
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
+        int32_t n = k == 0 ? order : lflare__difference_order(order);
+        bytes += (size_t)(2 + rims) * lflare__field_bytes(lflare__terms(n) + lflare__terms(n - 1)) + lflare__field_bytes(lflare__terms(n));
+    }
+    return bytes;
+}
+
+static void lflare__fit_ghost_read(const uint8_t *fit, int32_t g, lflare__fit_ghost *out)
+{
+    const uint8_t *row = fit + LFLARE__FIT_HEAD + (size_t)g * LFLARE__FIT_ROW;
+    uint32_t offset = lflare__get_bytes(row, 4);
+    int32_t i;
+    out->knots = offset > 0 ? fit + offset : NULL;
+    out->hidden_angle = lflare__get_float(row + 4);
+    out->order = row[8];
+    out->rims = row[9];
+    out->level = row[10];
+    out->folded = row[11] & 1;
+    out->squarings = row[11] >> 1;
+    for (i = 0; i < LFLARE_FIT_RIMS; i++) out->steps[i] = (int32_t)lflare__get_bytes(row + 12 + 2 * i, 2);
+    out->error = lflare__get_float(row + 24);
+}
+
+/* A ghost's polynomials at one field angle. */
+typedef struct lflare__bundle {
+    int32_t order, rims, squarings;
+    float middle, half[2];    /* box of the entrance points, mm: x = middle +- half[0], y = +- half[1] */
+    float even[LFLARE_WAVELENGTHS][LFLARE__PLACES + 1][LFLARE__EVEN]; /* x of the places, then the weight, to be squared so many times */
+    float odd[LFLARE_WAVELENGTHS][LFLARE__PLACES][LFLARE__ODD];       /* y */
+} lflare__bundle;
+
+/* Adds `share` of a stored field. */
+static const uint8_t *lflare__field_add(const uint8_t *p, float share, float *even, int32_t even_terms, float *odd, int32_t odd_terms)
+{
+    float scale = share * lflare__get_float(p + 4);
+    int32_t i;
+    even[0] += share * lflare__get_float(p);
+    p += 8;
+    for (i = 1; i < even_terms; i++, p += 2) even[i] += scale * (float)lflare__get_short(p);
+    for (i = 0; i < odd_terms; i++, p += 2) odd[i] += scale * (float)lflare__get_short(p);
+    return p;
+}
+
+static void lflare__knot_add(const uint8_t *p, float share, lflare__bundle *b)
+{
+    static const int32_t sequence[LFLARE_WAVELENGTHS] = {1, 0, 2};
+    int32_t k, place;
+    b->middle += share * lflare__get_float(p);
+    b->half[0] += share * lflare__get_float(p + 4);
+    b->half[1] += share * lflare__get_float(p + 8);
+    p += 12;
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
+        int32_t w = sequence[k], n = k == 0 ? b->order : lflare__difference_order(b->order);
+        for (place = 0; place < 2 + b->rims; place++)
+            p = lflare__field_add(p, share, b->even[w][place], lflare__terms(n), b->odd[w][place], lflare__terms(n - 1));
+        p = lflare__field_add(p, share, b->even[w][LFLARE__PLACES], lflare__terms(n), NULL, 0);
+    }
+}
+
+/* Shares of four neighbours among `count` samples in what lies `at` samples from the first; returns which is the first. */
+static int32_t lflare__cubic_shares(float at, int32_t count, float *share)
+{
+    int32_t i = (int32_t)at - 1;
+    float f;
+    i = i < 0 ? 0 : i > count - 4 ? count - 4 : i;
+    f = at - (float)i;
+    share[0] = -(f - 1) * (f - 2) * (f - 3) / 6;
+    share[1] = f * (f - 2) * (f - 3) / 2;
+    share[2] = -f * (f - 1) * (f - 3) / 2;
+    share[3] = f * (f - 1) * (f - 2) / 6;
+    return i;
+}
+
+/* Knots stand closer towards the angle where the ghost hides: its last sliver narrows with the root of what is left. */
+static float lflare__knot_of(float angle, float hidden) { return (1 - sqrtf(lflare__maxf(1 - angle / hidden, 0))) * (LFLARE__KNOTS - 1); }
+static float lflare__knot_angle(int32_t knot, float hidden)
+{
+    float rest = 1 - (float)knot / (LFLARE__KNOTS - 1);
+    return hidden * (1 - rest * rest);
+}
+
+static void lflare__bundle_at(const lflare__fit_ghost *g, float angle, lflare__bundle *out)
+{
+    float share[4];
+    int32_t first = lflare__cubic_shares(lflare__knot_of(angle, g->hidden_angle), LFLARE__KNOTS, share), i, k, p;
+    size_t bytes = lflare__knot_bytes(g->order, g->rims);
+    memset(out, 0, sizeof *out);
+    out->order = g->order;
+    out->rims = g->rims;
+    out->squarings = g->squarings;
+    for (i = 0; i < 4; i++) lflare__knot_add(g->knots + (size_t)(first + i) * bytes, share[i], out);
+    for (k = 0; k < LFLARE_WAVELENGTHS; k += 2) /* from differences */
+        for (p = 0; p <= LFLARE__PLACES; p++) {
+            for (i = 0; i < LFLARE__EVEN; i++) out->even[k][p][i] += out->even[1][p][i];
+            for (i = 0; i < LFLARE__ODD && p < LFLARE__PLACES; i++) out->odd[k][p][i] += out->odd[1][p][i];
+        }
+}
+
+/* Every term at a point of the box (x and y from -1 to 1), and its derivatives. */
+typedef struct lflare__terms_at {
+    float y, value[LFLARE__EVEN], dx[LFLARE__EVEN], dy[LFLARE__EVEN];
+} lflare__terms_at;
+
+static void lflare__terms_make(int32_t order, float x, float y, lflare__terms_at *t)
+{
+    float px[LFLARE__MAX_ORDER + 1], py[LFLARE__MAX_ORDER / 2 + 1];
+    int32_t d, j, n = 0;
+    t->y = y;
+    px[0] = py[0] = 1;
+    for (d = 1; d <= order; d++) px[d] = px[d - 1] * x;
+    for (d = 1; d <= order / 2; d++) py[d] = py[d - 1] * y * y;
+    for (d = 0; d <= order; d++)
+        for (j = 0; 2 * j <= d; j++, n++) {
+            int32_t i = d - 2 * j;
+            t->value[n] = px[i] * py[j];
+            t->dx[n] = i > 0 ? (float)i * px[i - 1] * py[j] : 0;
+            t->dy[n] = j > 0 ? (float)(2 * j) * px[i] * py[j - 1] * y : 0;
+        }
+}
+
+static float lflare__sum_terms(const float *a, const float *b, int32_t n)
+{
+    float sum = 0;
+    int32_t i;
+    for (i = 0; i < n; i++) sum += a[i] * b[i];
+    return sum;
+}
+
+static void lflare__place_at(const lflare__bundle *b, int32_t k, int32_t place, const lflare__terms_at *t, float *out)
+{
+    out[0] = lflare__sum_terms(b->even[k][place], t->value, lflare__terms(b->order));
+    out[1] = t->y * lflare__sum_terms(b->odd[k][place], t->value, lflare__terms(b->order - 1));
+}
+
+/* d place / d (x, y) of the box: xx xy yx yy. */
+static void lflare__place_slopes(const lflare__bundle *b, int32_t k, int32_t place, const lflare__terms_at *t, float *out)
+{
+    int32_t even = lflare__terms(b->order), odd = lflare__terms(b->order - 1);
+    out[0] = lflare__sum_terms(b->even[k][place], t->dx, even);
+    out[1] = lflare__sum_terms(b->even[k][place], t->dy, even);
+    out[2] = t->y * lflare__sum_terms(b->odd[k][place], t->dx, odd);
+    out[3] = t->y * lflare__sum_terms(b->odd[k][place], t->dy, odd) + lflare__sum_terms(b->odd[k][place], t->value, odd);
+}
+
+static float lflare__weight_at(const lflare__bundle *b, int32_t k, const lflare__terms_at *t)
+{
+    float w = lflare__maxf(lflare__sum_terms(b->even[k][LFLARE__PLACES], t->value, lflare__terms(b->order)), 0);
+    int32_t i;
+    for (i = 0; i < b->squarings; i++) w *= w;
+    return w;
+}
+
+/* Eight lanes, so that a megabyte takes 50 us. */
+static uint64_t lflare__hash_bytes(const uint8_t *p, size_t size)
+{
+    uint64_t lane[8], hash = size, word;
+    size_t i;
+    int32_t k;
+    for (k = 0; k < 8; k++) lane[k] = (uint64_t)k;
+    for (i = 0; i + 64 <= size; i += 64)
+        for (k = 0; k < 8; k++) {
+            word = (uint64_t)lflare__get_bytes(p + i + 8 * k, 4) | (uint64_t)lflare__get_bytes(p + i + 8 * k + 4, 4) << 32;
+            lane[k] = (lane[k] ^ word) * 0x9E3779B97F4A7C15u;
+            lane[k] ^= lane[k] >> 29;
+        }
+    for (; i < size; i++) hash = (hash ^ p[i]) * 0x9E3779B97F4A7C15u;
+    for (k = 0; k < 8; k++) {
+        hash = (hash ^ lane[k]) * 0x9E3779B97F4A7C15u;
+        hash ^= hash >> 32;
+    }
+    return hash;
+}
+
+static uint64_t lflare__hash_number(uint64_t hash, double v)
+{
+    uint64_t bits;
+    if (v == 0) v = 0; /* -0 */
+    memcpy(&bits, &v, sizeof bits);
+    hash = (hash ^ bits) * 0x9E3779B97F4A7C15u;
+    return hash ^ hash >> 32;
+}
+
+/* All of a lens that bends or dims its rays. */
+static uint64_t lflare__lens_hash(const lflare_lens *lens)
+{
+    uint64_t hash = LFLARE__FIT_VERSION;
+    int32_t i, k;
+    for (i = 0; i < lens->surface_count; i++) {
+        const lflare_surface *s = &lens->prescription.surfaces[i];
+        double numbers[5];
+        numbers[0] = s->radius;
+        numbers[1] = s->thickness;
+        numbers[2] = s->semi_diameter;
+        numbers[3] = s->conic;
+        numbers[4] = s->is_stop;
+        for (k = 0; k < 5; k++) hash = lflare__hash_number(hash, numbers[k]);
+        for (k = 0; k < 8; k++) hash = lflare__hash_number(hash, s->aspheric[k]);
+        for (k = 0; k < LFLARE_WAVELENGTHS; k++) hash = lflare__hash_number(hash, lflare_index(&s->medium, lflare__rgb_nm[k]));
+        hash = lflare__hash_number(hash, s->coating);
+        if (s->coating == LFLARE_COATING_QUARTER) hash = lflare__hash_number(hash, s->quarter_nm);
+        for (k = 0; s->coating == LFLARE_COATING_STACK && k < s->layer_count; k++) {
+            hash = lflare__hash_number(hash, lens->prescription.layers[s->first_layer + k].n);
+            hash = lflare__hash_number(hash, lens->prescription.layers[s->first_layer + k].thickness_nm);
+        }
+    }
+    hash = lflare__hash_number(hash, lens->sensor_width);
+    return lflare__hash_number(hash, lens->sensor_height);
+}
+
+static const char lflare__fit_magic[6] = {'L', 'F', 'L', 'F', 'I', 'T'};
+
+/* The checksum of all that a fit holds. */
+static uint64_t lflare__fit_hash(const uint8_t *fit) { return lflare__get_bytes(fit + 24, 4) | (uint64_t)lflare__get_bytes(fit + 28, 4) << 32; }
+
+/* Whether a row and its knots are as the writer writes them. */
+static int lflare__fit_ghost_valid(const lflare__fit_ghost *g, const uint8_t *fit, size_t size)
+{
+    size_t offset;
+    if (g->knots == NULL) return 1;
+    if (g->order < 3 || g->order > LFLARE__MAX_ORDER || g->rims > LFLARE_FIT_RIMS || g->level > LFLARE__MAX_LEVEL || g->squarings > 3) return 0;
+    if (!(g->hidden_angle > 0 && g->hidden_angle < 1.6f)) return 0;
+    offset = (size_t)(g->knots - fit);
+    return offset < size && size - offset >= LFLARE__KNOTS * lflare__knot_bytes(g->order, g->rims);
+}
+
+LFLARE_API lflare_result lflare_aberration_check(const lflare_lens *lens, const void *fit, size_t size, lflare_error *error)
+{
+    const uint8_t *p = (const uint8_t *)fit;
+    uint64_t hash;
+    int32_t g;
+    if (error != NULL) memset(error, 0, sizeof *error);
+    if (lens == NULL || fit == NULL) return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "no lens or no fit given");
+    if (size < LFLARE__FIT_HEAD || memcmp(p, lflare__fit_magic, 6) != 0) return lflare__fail(error, LFLARE_ERROR_FIT, 0, 0, "this is not a fit: it does not begin with LFLFIT");
+    if (lflare__get_bytes(p + 6, 2) != LFLARE__FIT_VERSION)
+        return lflare__fail(error, LFLARE_ERROR_FIT, 0, 0, "the fit has version %i, this library reads %i: make it anew", (int32_t)lflare__get_bytes(p + 6, 2),
+                            (int32_t)LFLARE__FIT_VERSION);
+    if (lflare__get_bytes(p + 12, 4) != size)
+        return lflare__fail(error, LFLARE_ERROR_FIT, 0, 0, "the fit has %g bytes of %g: it is cut off, or two in one file", (double)size, (double)lflare__get_bytes(p + 12, 4));
+    hash = lflare__hash_bytes(p + LFLARE__FIT_HEAD, size - LFLARE__FIT_HEAD);
+    if (lflare__fit_hash(p) != hash)
+        return lflare__fail(error, LFLARE_ERROR_FIT, 0, 0, "the fit is damaged: its checksum is wrong");
+    hash = lflare__lens_hash(lens);
+    if (lflare__get_bytes(p + 16, 4) != (uint32_t)hash || lflare__get_bytes(p + 20, 4) != (uint32_t)(hash >> 32) ||
+        lflare__get_bytes(p + 8, 4) != (uint32_t)lens->ghost_count)
+        return lflare__fail(error, LFLARE_ERROR_FIT, 0, 0, "the fit belongs to another lens, or the lens was changed since: make it anew");
+    if (size - LFLARE__FIT_HEAD < (size_t)lens->ghost_count * LFLARE__FIT_ROW) return lflare__fail(error, LFLARE_ERROR_FIT, 0, 0, "the fit is too short for its ghosts");
+    for (g = 0; g < lens->ghost_count; g++) {
+        lflare__fit_ghost ghost;
+        lflare__fit_ghost_read(p, g, &ghost);
+        if (!lflare__fit_ghost_valid(&ghost, p, size)) return lflare__fail(error, LFLARE_ERROR_FIT, 0, 0, "the fit's row of ghost %i is out of range", g);
+    }
+    return LFLARE_OK;
+}
+
+LFLARE_API lflare_result lflare_aberration_ray(const void *fit, int32_t g, int32_t k, const double entrance[2], const double slope[2], lflare_fitted_ray *out)
+{
+    lflare__fit_ghost ghost;
+    lflare__bundle b;
+    lflare__terms_at terms;
+    float u, ax, ay, x, y;
+    int32_t p;
+    if (fit == NULL || g < 0 || (uint32_t)g >= lflare__get_bytes((const uint8_t *)fit + 8, 4) || k < 0 || k >= LFLARE_WAVELENGTHS || entrance == NULL || slope == NULL || out == NULL)
+        return LFLARE_ERROR_ARGUMENT;
+    memset(out, 0, sizeof *out);
+    lflare__fit_ghost_read((const uint8_t *)fit, g, &ghost);
+    u = (float)sqrt(slope[0] * slope[0] + slope[1] * slope[1]);
+    if (ghost.knots == NULL || !(atanf(u) < ghost.hidden_angle)) return LFLARE_INCOMPLETE;
+    ax = u > 0 ? (float)slope[0] / u : 1;
+    ay = u > 0 ? (float)slope[1] / u : 0;
+    lflare__bundle_at(&ghost, atanf(u), &b);
+    x = ((float)entrance[0] * ax + (float)entrance[1] * ay - b.middle) / b.half[0];
+    y = ((float)entrance[1] * ax - (float)entrance[0] * ay) / b.half[1];
+    lflare__terms_make(b.order, x, y, &terms);
+    for (p = 0; p < 2 + b.rims; p++) {
+        float place[2], *to = p == 0 ? out->sensor : p == 1 ? out->stop : out->rims[p - 2];
+        lflare__place_at(&b, k, p, &terms, place);
+        to[0] = place[0] * ax - place[1] * ay;
+        to[1] = place[1] * ax + place[0] * ay;
+    }
+    out->rim_count = b.rims;
+    out->weight = lflare__weight_at(&b, k, &terms);
+    return fabsf(x) <= 1 && fabsf(y) <= 1 ? LFLARE_OK : LFLARE_INCOMPLETE;
+}
+
+#endif /* LFLARE_NO_ABERRATION */
+
+/* >> 10 trace */
 #ifndef LFLARE_NO_TRACE
 
 LFLARE_API lflare_result lflare_path_make(const lflare_lens *lens, double nm, const lflare_pair *pair, lflare_path *out)
@@ -2522,6 +2962,11 @@ LFLARE_API lflare_result lflare_path_make(const lflare_lens *lens, double nm, co
         s->z = z[at.surface];
         s->n_in = at.n_in;
         s->n_out = at.n_out;
+        s->eta = at.n_in / at.n_out;
+        s->curvature = surface->radius != 0 ? 1 / surface->radius : 0;
+        s->semi = surface->semi_diameter;
+        s->polynomial = 0;
+        for (i = 0; i < 8; i++) s->polynomial |= surface->aspheric[i] != 0;
         s->n_front = n[at.surface];
         s->n_behind = n[at.surface + 1];
         s->layer_count = surface->coating == LFLARE_COATING_STACK ? surface->layer_count : surface->coating == LFLARE_COATING_QUARTER;
@@ -2545,11 +2990,10 @@ static double lflare__sag_slope(const lflare_surface *s, double r2)
 
 /* Where a ray from p (seen from the vertex) along the unit vector d meets a surface: p is moved there, *normal faces the front.
    `way` is 1 or -1, along z. */
-static int lflare__meet(const lflare_surface *s, double *p, const double *d, double way, double *normal)
+static int lflare__meet(const lflare_surface *s, double c, int polynomial, double *p, const double *d, double way, double *normal)
 {
-    double c = s->radius != 0 ? 1 / s->radius : 0, k = 1 + s->conic, a, b, e, root, t, norm;
-    int32_t i, polynomial = 0;
-    for (i = 0; i < 8; i++) polynomial |= s->aspheric[i] != 0;
+    double k = 1 + s->conic, a, b, e, root, t, norm;
+    int32_t i;
     /* c (x^2 + y^2 + k z^2) = 2 z; of both roots the one on the vertex's sheet, in a form that holds for c = 0 */
     a = c * (d[0] * d[0] + d[1] * d[1] + k * d[2] * d[2]);
     b = c * (p[0] * d[0] + p[1] * d[1] + k * p[2] * d[2]) - d[2];
@@ -2579,6 +3023,7 @@ static int lflare__meet(const lflare_surface *s, double *p, const double *d, dou
     }
     normal[1] = normal[0] * p[1];
     normal[0] *= p[0];
+    if (k == 1 && !polynomial) return 1; /* a sphere's is a unit vector */
     norm = 1 / sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
     for (i = 0; i < 3; i++) normal[i] *= norm;
     return lflare__finite(norm);
@@ -2607,9 +3052,9 @@ LFLARE_API lflare_fate lflare_path_trace(const lflare_path *path, const double e
         double normal[3], cosine, share = 1, way = s->backwards ? -1 : 1, height;
         p[2] += z - s->z; /* seen from this vertex */
         z = s->z;
-        if (!(d[2] * way > 0) || !lflare__meet(surface, p, d, way, normal)) return out->fate = LFLARE_RAY_MISSES;
+        if (!(d[2] * way > 0) || !lflare__meet(surface, s->curvature, s->polynomial, p, d, way, normal)) return out->fate = LFLARE_RAY_MISSES;
         cosine = -way * (d[0] * normal[0] + d[1] * normal[1] + d[2] * normal[2]);
-        height = sqrt(p[0] * p[0] + p[1] * p[1]) / surface->semi_diameter;
+        height = sqrt(p[0] * p[0] + p[1] * p[1]) / s->semi;
         if (surface->is_stop) {
             out->stop[0] = p[0];
             out->stop[1] = p[1];
@@ -2620,7 +3065,7 @@ LFLARE_API lflare_fate lflare_path_trace(const lflare_path *path, const double e
         if (s->reflected) {
             for (k = 0; k < 3; k++) d[k] += 2 * cosine * way * normal[k];
         } else if (s->n_in != s->n_out) {
-            double eta = s->n_in / s->n_out, after = 1 - eta * eta * (1 - cosine * cosine);
+            double eta = s->eta, after = 1 - eta * eta * (1 - cosine * cosine);
             if (after < 0) return out->fate = LFLARE_RAY_TOTAL;
             for (k = 0; k < 3; k++) d[k] = eta * d[k] + (eta * cosine - sqrt(after)) * way * normal[k];
         }
@@ -2647,9 +3092,569 @@ LFLARE_API lflare_fate lflare_path_trace(const lflare_path *path, const double e
     return LFLARE_RAY_ARRIVES;
 }
 
+#ifndef LFLARE_NO_ABERRATION
+/* -- fitting the polynomials of room "aberration" to exact rays -- */
+
+enum {
+    LFLARE__FIT_RAYS = 14 * 7, /* of a knot: Chebyshev places along x, and along y on one side of the mirror plane */
+    LFLARE__FIT_ROWS = LFLARE__FIT_RAYS + LFLARE__EVEN /* of a least squares problem, those of the ridge counted */
+};
+
+/* How far beyond the rims rays are fitted: clipping by interpolated heights needs both sides of the edge. */
+#define LFLARE__FIT_MARGIN 1.06
+
+typedef struct lflare__fit_sample {
+    double x, y, weight;              /* x, y in the knot's smooth box */
+    double place[LFLARE__PLACES][2];
+} lflare__fit_sample;
+
+/* A knot's rays and the box they fill. */
+typedef struct lflare__fit_knot {
+    double slope, middle, half[2];    /* the box where rays pass */
+    double unit_middle, unit[2];      /* the box that stands for -1 to 1: much the same, but smooth from knot to knot */
+    int32_t counts[LFLARE_WAVELENGTHS];
+    lflare__fit_sample samples[LFLARE_WAVELENGTHS][LFLARE__FIT_RAYS];
+    float heights[LFLARE__FIT_RAYS][LFLARE_MAX_STEPS][2]; /* on every step's rim, at the middle wavelength */
+} lflare__fit_knot;
+
+/* All that fitting needs: about 6 MB. */
+typedef struct lflare__fitter {
+    const lflare_lens *lens;
+    double reach, pixel;              /* mm */
+    lflare_path paths[LFLARE_WAVELENGTHS];
+    lflare_hit hits[LFLARE_MAX_STEPS];
+    lflare__fit_knot knots[LFLARE__KNOTS];
+    float film[LFLARE_MAX_SURFACES * LFLARE_FILM_SAMPLES * 4];
+    lflare_layer layers[LFLARE_MAX_LAYERS];
+    int32_t cuts[LFLARE_MAX_STEPS];   /* rays that a step's rim alone stops */
+    double matrix[LFLARE__FIT_ROWS * LFLARE__EVEN], right[LFLARE__FIT_ROWS * (LFLARE__PLACES + 1)], solution[(LFLARE__PLACES + 1) * LFLARE__EVEN];
+    lflare__bundle bundles[LFLARE__KNOTS];
+} lflare__fitter;
+
+/* How closed the lens is to a ray: up to 1 it passes and lands near the frame, above 4 it never arrives. */
+static double lflare__closed(lflare__fitter *f, int32_t k, double x, double y, double slope, lflare_ray *ray, lflare_hit *hits)
+{
+    double entrance[2], u[2], stop;
+    entrance[0] = x;
+    entrance[1] = y;
+    u[0] = slope;
+    u[1] = 0;
+    if (lflare_path_trace(&f->paths[k], entrance, u, ray, hits) != LFLARE_RAY_ARRIVES) return 5 - (double)ray->steps / f->paths[k].step_count;
+    stop = sqrt(ray->stop[0] * ray->stop[0] + ray->stop[1] * ray->stop[1]) / f->lens->prescription.surfaces[f->lens->stop].semi_diameter;
+    stop = lflare__max(stop, sqrt(ray->sensor[0] * ray->sensor[0] + ray->sensor[1] * ray->sensor[1]) / f->reach);
+    return lflare__min(lflare__max(stop, ray->relative), 4);
+}
+
+/* The least closed ray of the meridional plane: heights are nearly linear in x, so the greatest of them is nearly convex. Looks no
+   further once `enough` is met. */
+static double lflare__least_closed(lflare__fitter *f, double slope, double enough, double *at)
+{
+    const lflare_surface *front = &f->lens->prescription.surfaces[0];
+    double reach = front->semi_diameter + fabs(lflare_sag(front, front->semi_diameter)) * slope, best = 9, step = reach / 10;
+    lflare_ray ray;
+    int32_t i;
+    for (i = -10; i <= 10; i++) {
+        double c = lflare__closed(f, 1, i * step, 0, slope, &ray, NULL);
+        if (c < best) {
+            best = c;
+            *at = i * step;
+        }
+    }
+    for (i = 0; i < 24 && best > enough && best < 5; i++) { /* walk to the lower side, halving */
+        double x = *at, lo, hi;
+        step *= 0.6;
+        lo = lflare__closed(f, 1, x - step, 0, slope, &ray, NULL);
+        hi = lflare__closed(f, 1, x + step, 0, slope, &ray, NULL);
+        if (lo < best) best = lo, *at = x - step;
+        if (hi < best) best = hi, *at = x + step;
+    }
+    return best;
+}
+
+/* The field angle from which on nothing passes. */
+static double lflare__fit_hidden(lflare__fitter *f)
+{
+    double x, lo = 0, hi = 1.3;
+    int32_t i;
+    if (lflare__least_closed(f, 0, 1, &x) > 1) return 0;
+    if (lflare__least_closed(f, tan(hi), 1, &x) <= 1) return hi;
+    for (i = 0; i < 14; i++) {
+        double middle = 0.5 * (lo + hi);
+        if (lflare__least_closed(f, tan(middle), 1, &x) <= 1) lo = middle;
+        else hi = middle;
+    }
+    return hi;
+}
+
+/* From a ray that passes, along (dx, dy), to the fit's margin: how far. */
+static double lflare__fit_extent(lflare__fitter *f, double x, double y, double dx, double dy, double far, double slope)
+{
+    double near = 0;
+    lflare_ray ray;
+    int32_t i;
+    for (i = 0; i < 8; i++) {
+        double middle = 0.5 * (near + far);
+        if (lflare__closed(f, 1, x + middle * dx, y + middle * dy, slope, &ray, NULL) < LFLARE__FIT_MARGIN) near = middle;
+        else far = middle;
+    }
+    return far;
+}
+
+/* The box of rays to fit. */
+static int lflare__fit_box(lflare__fitter *f, lflare__fit_knot *k)
+{
+    const lflare_surface *front = &f->lens->prescription.surfaces[0];
+    double reach = 1.1 * (front->semi_diameter + fabs(lflare_sag(front, front->semi_diameter)) * k->slope), x, lo, hi;
+    int32_t i;
+    if (lflare__least_closed(f, k->slope, 0.9, &x) > 1.03) return 0;
+    lo = x - lflare__fit_extent(f, x, 0, -1, 0, reach + x, k->slope);
+    hi = x + lflare__fit_extent(f, x, 0, 1, 0, reach - x, k->slope);
+    k->middle = 0.5 * (lo + hi);
+    k->half[0] = lflare__max(0.5 * (hi - lo), 1e-6 * reach);
+    k->half[1] = 1e-6 * reach;
+    for (i = -1; i <= 1; i++) k->half[1] = lflare__max(k->half[1], lflare__fit_extent(f, k->middle + 0.5 * i * k->half[0], 0, 0, 1, reach, k->slope));
+    k->half[1] *= 1.03;
+    return 1;
+}
+
+/* Boxes bend where one rim takes over from another; interpolated polynomials should not. */
+static void lflare__fit_smooth_boxes(lflare__fitter *f)
+{
+    double v[3][LFLARE__KNOTS];
+    int32_t pass, i, k;
+    for (i = 0; i < LFLARE__KNOTS; i++) {
+        v[0][i] = f->knots[i].middle;
+        v[1][i] = f->knots[i].half[0];
+        v[2][i] = f->knots[i].half[1];
+    }
+    for (k = 0; k < 3; k++)
+        for (pass = 0; pass < 4; pass++) {
+            double before = 2 * v[k][0] - v[k][1];
+            for (i = 0; i < LFLARE__KNOTS; i++) {
+                double here = v[k][i], next = i + 1 < LFLARE__KNOTS ? v[k][i + 1] : here;
+                if (i > 0 && i + 1 < LFLARE__KNOTS) v[k][i] = 0.25 * (before + 2 * here + next);
+                before = here;
+            }
+        }
+    for (i = 0; i < LFLARE__KNOTS; i++) {
+        f->knots[i].unit_middle = v[0][i];
+        f->knots[i].unit[0] = v[1][i];
+        f->knots[i].unit[1] = v[2][i];
+    }
+}
+
+static double lflare__hits_weight(const lflare__fitter *f, int32_t k, const lflare_path *path)
+{
+    double w = 1;
+    int32_t i;
+    for (i = 0; i < path->step_count; i++) {
+        const lflare_step *s = &path->steps[i];
+        double cosine = f->hits[i].cosine, r;
+        if (s->surface == f->lens->stop || (s->layer_count == 0 && s->n_in == s->n_out)) continue;
+        if (s->n_in > s->n_out) { /* films are listed over the cosine in the rarer medium */
+            double ratio = s->n_in / s->n_out;
+            cosine = sqrt(lflare__max(1 - ratio * ratio * (1 - cosine * cosine), 0));
+        }
+        r = (double)lflare__film_lookup(f->film + (size_t)s->surface * LFLARE_FILM_SAMPLES * 4, k, (float)cosine);
+        w *= s->reflected ? r : 1 - r;
+    }
+    return w;
+}
+
+/* Counts a ray that one rim alone stops, by not much. */
+static void lflare__fit_count_cut(lflare__fitter *f, const lflare_path *path, const lflare_ray *ray)
+{
+    const double *stop = ray->stop;
+    double semi = f->lens->prescription.surfaces[f->lens->stop].semi_diameter;
+    int32_t i, worst = -1;
+    if (!(ray->relative > 1) || stop[0] * stop[0] + stop[1] * stop[1] > semi * semi) return;
+    for (i = 0; i < path->step_count; i++)
+        if (path->steps[i].surface != f->lens->stop && (worst < 0 || f->hits[i].relative > f->hits[worst].relative)) worst = i;
+    f->cuts[worst]++;
+}
+
+/* Rays of a knot at one wavelength, across x up places. The middle wavelength comes first and finds out which rims clip: its rays'
+   heights on all of them are kept. The others take those of the steps given. */
+static void lflare__fit_shoot(lflare__fitter *f, lflare__fit_knot *knot, int32_t k, int32_t across, int32_t up, int32_t rims, const int32_t *steps)
+{
+    int32_t i, j, p, n = 0;
+    for (j = 0; j < up; j++)
+        for (i = 0; i < across; i++) {
+            lflare__fit_sample *s = &knot->samples[k][n];
+            lflare_ray ray;
+            double x = knot->middle + knot->half[0] * cos(LFLARE__PI * (i + 0.5) / across), y = knot->half[1] * sin(0.5 * LFLARE__PI * (j + 0.5) / up);
+            if (lflare__closed(f, k, x, y, knot->slope, &ray, f->hits) > LFLARE__FIT_MARGIN) continue;
+            s->x = (x - knot->unit_middle) / knot->unit[0];
+            s->y = y / knot->unit[1];
+            for (p = 0; p < 2; p++) {
+                s->place[0][p] = ray.sensor[p];
+                s->place[1][p] = ray.stop[p];
+            }
+            for (p = 0; p < 2 * rims; p++) s->place[2 + p / 2][p % 2] = f->hits[steps[p / 2]].position[p % 2] / f->paths[k].steps[steps[p / 2]].semi;
+            s->weight = lflare__hits_weight(f, k, &f->paths[k]);
+            if (k == 1) {
+                lflare__fit_count_cut(f, &f->paths[k], &ray);
+                for (p = 0; p < 2 * f->paths[k].step_count; p++) knot->heights[n][p / 2][p % 2] = (float)(f->hits[p / 2].position[p % 2] / f->paths[k].steps[p / 2].semi);
+            }
+            n++;
+        }
+    knot->counts[k] = n;
+}
+
+/* Gives the middle wavelength's rays their heights on the rims that clip. */
+static void lflare__fit_take_rims(lflare__fit_knot *knot, int32_t rims, const int32_t *steps)
+{
+    int32_t i, p;
+    for (i = 0; i < knot->counts[1]; i++)
+        for (p = 0; p < 2 * rims; p++) knot->samples[1][i].place[2 + p / 2][p % 2] = (double)knot->heights[i][steps[p / 2]][p % 2];
+}
+
+/* Least squares by Householder's reflections: `n` columns of `rows` in f->matrix, `sides` right sides; columns are brought to one
+   length first and a ridge of 1e-6 of it keeps what the rays do not determine small. */
+static void lflare__least_squares(lflare__fitter *f, int32_t rows, int32_t n, int32_t sides)
+{
+    double length[LFLARE__EVEN], *a = f->matrix, *b = f->right;
+    int32_t all = rows + n, i, j, c;
+    for (c = 0; c < n; c++) {
+        double sum = 0;
+        for (i = 0; i < rows; i++) sum += a[c * LFLARE__FIT_ROWS + i] * a[c * LFLARE__FIT_ROWS + i];
+        length[c] = sum > 0 ? sqrt(sum) : 1;
+        for (i = 0; i < rows; i++) a[c * LFLARE__FIT_ROWS + i] /= length[c];
+        for (i = rows; i < all; i++) a[c * LFLARE__FIT_ROWS + i] = i - rows == c ? 1e-6 : 0;
+    }
+    for (c = 0; c < sides; c++)
+        for (i = rows; i < all; i++) b[c * LFLARE__FIT_ROWS + i] = 0;
+    for (c = 0; c < n; c++) {
+        double *v = a + c * LFLARE__FIT_ROWS, norm = 0, diagonal, scale;
+        for (i = c; i < all; i++) norm += v[i] * v[i];
+        diagonal = v[c] > 0 ? -sqrt(norm) : sqrt(norm);
+        v[c] -= diagonal;
+        scale = norm > 0 ? -1 / (diagonal * v[c]) : 0; /* 2 over v's own length squared */
+        for (j = c + 1; j < n + sides; j++) {
+            double *w = j < n ? a + j * LFLARE__FIT_ROWS : b + (j - n) * LFLARE__FIT_ROWS, dot = 0;
+            for (i = c; i < all; i++) dot += v[i] * w[i];
+            dot *= scale;
+            for (i = c; i < all; i++) w[i] -= dot * v[i];
+        }
+        v[c] = diagonal;
+    }
+    for (j = 0; j < sides; j++)
+        for (c = n - 1; c >= 0; c--) {
+            double sum = b[j * LFLARE__FIT_ROWS + c];
+            for (i = c + 1; i < n; i++) sum -= a[i * LFLARE__FIT_ROWS + c] * f->solution[j * LFLARE__EVEN + i] * length[i];
+            f->solution[j * LFLARE__EVEN + c] = sum / (a[c * LFLARE__FIT_ROWS + c] * length[c]);
+        }
+}
+
+static double lflare__fit_root(double w, int32_t squarings)
+{
+    while (squarings-- > 0) w = sqrt(w);
+    return w;
+}
+
+/* Solves for the even or odd part of all places (and the weight) at one wavelength, of what `b` does not already hold. */
+static void lflare__fit_solve(lflare__fitter *f, const lflare__fit_knot *knot, int32_t k, int32_t order, int32_t places, int odd, lflare__bundle *b)
+{
+    int32_t n = lflare__terms(odd ? order - 1 : order), sides = places + !odd, rows = knot->counts[k], i, p;
+    for (i = 0; i < rows; i++) {
+        const lflare__fit_sample *s = &knot->samples[k][i];
+        lflare__terms_at t;
+        lflare__terms_make(b->order, (float)s->x, (float)s->y, &t);
+        for (p = 0; p < n; p++) f->matrix[p * LFLARE__FIT_ROWS + i] = (double)t.value[p] * (odd ? s->y : 1);
+        for (p = 0; p < sides; p++) {
+            double value = p == places ? lflare__fit_root(s->weight, b->squarings) : s->place[p][odd];
+            if (k != 1) /* the difference from the middle wavelength */
+                value -= odd ? s->y * (double)lflare__sum_terms(b->odd[1][p], t.value, lflare__terms(b->order - 1))
+                             : (double)lflare__sum_terms(b->even[1][p == places ? LFLARE__PLACES : p], t.value, lflare__terms(b->order));
+            f->right[p * LFLARE__FIT_ROWS + i] = value;
+        }
+    }
+    lflare__least_squares(f, rows, n, sides);
+    for (p = 0; p < sides; p++) {
+        float *out = odd ? b->odd[k][p] : b->even[k][p == places ? LFLARE__PLACES : p];
+        for (i = 0; i < n; i++) out[i] = (float)f->solution[p * LFLARE__EVEN + i];
+    }
+}
+
+/* Polynomials of a knot; the other wavelengths' as differences. Returns the greatest error on the sensor of rays that pass, mm. */
+static double lflare__fit_polynomials(lflare__fitter *f, const lflare__fit_knot *knot, int32_t order, int32_t rims, int32_t squarings, lflare__bundle *b)
+{
+    static const int32_t sequence[LFLARE_WAVELENGTHS] = {1, 0, 2};
+    double worst = 0;
+    int32_t i, k;
+    memset(b, 0, sizeof *b);
+    b->order = order;
+    b->rims = rims;
+    b->squarings = squarings;
+    b->middle = (float)knot->unit_middle;
+    b->half[0] = (float)knot->unit[0];
+    b->half[1] = (float)knot->unit[1];
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
+        int32_t w = sequence[k], n = k == 0 ? order : lflare__difference_order(order);
+        lflare__fit_solve(f, knot, w, n, 2 + rims, 0, b);
+        lflare__fit_solve(f, knot, w, n, 2 + rims, 1, b);
+    }
+    for (i = 0; i < knot->counts[1]; i++) {
+        const lflare__fit_sample *s = &knot->samples[1][i];
+        lflare__terms_at t;
+        float place[2];
+        lflare__terms_make(order, (float)s->x, (float)s->y, &t);
+        lflare__place_at(b, 1, 0, &t, place);
+        worst = lflare__max(worst, fabs((double)place[0] - s->place[0][0]) + fabs((double)place[1] - s->place[0][1]));
+    }
+    return worst;
+}
+
+/* Weights may span many powers of ten (near total reflection, best fitted as roots) or touch zero (films, best as they are): which
+   serves better, at the order given. */
+static int32_t lflare__fit_squarings(lflare__fitter *f, int32_t order)
+{
+    double least = 1e300;
+    int32_t squarings, best = 0, i, j;
+    for (squarings = 0; squarings <= 3; squarings++) {
+        double error = 0;
+        for (j = 0; j < LFLARE__KNOTS; j += 2) {
+            const lflare__fit_knot *knot = &f->knots[j];
+            lflare__bundle *b = &f->bundles[j];
+            double most = 1e-30;
+            memset(b, 0, sizeof *b);
+            b->order = order;
+            b->squarings = squarings;
+            lflare__fit_solve(f, knot, 1, order, 0, 0, b);
+            for (i = 0; i < knot->counts[1]; i++) most = lflare__max(most, knot->samples[1][i].weight);
+            for (i = 0; i < knot->counts[1]; i++) {
+                const lflare__fit_sample *s = &knot->samples[1][i];
+                lflare__terms_at t;
+                lflare__terms_make(order, (float)s->x, (float)s->y, &t);
+                error += fabs((double)lflare__weight_at(b, 1, &t) - s->weight) / (s->weight + 0.02 * most);
+            }
+        }
+        if (error < least) {
+            least = error;
+            best = squarings;
+        }
+    }
+    return best;
+}
+
+/* Steps whose rims clip anywhere, those that clip most rays first. */
+static int32_t lflare__fit_rims(lflare__fitter *f, int32_t step_count, int32_t *steps)
+{
+    int32_t rims = 0, i, total = 0;
+    for (i = 0; i < LFLARE__KNOTS; i++) total += f->knots[i].counts[1];
+    while (rims < LFLARE_FIT_RIMS) {
+        int32_t most = 0;
+        for (i = 1; i < step_count; i++)
+            if (f->cuts[i] > f->cuts[most]) most = i;
+        if (f->cuts[most] * 1000 <= total) break;
+        f->cuts[most] = 0;
+        steps[rims++] = most;
+    }
+    return rims;
+}
+
+/* How bent the map is: greatest distance on the sensor, in pixels of a picture 1280 wide, between a place and where linear
+   interpolation on the coarsest mesh puts it. Sets *folded if the map turns over among rays that pass. */
+static double lflare__fit_bend(const lflare__fitter *f, const lflare__fit_knot *knot, const lflare__bundle *b, int32_t *folded)
+{
+    double bend = 0, step = 0.5 / 4; /* half a ring */
+    int32_t i, j, turned = 0, straight = 0;
+    for (i = 0; i < knot->counts[1]; i++) {
+        const lflare__fit_sample *s = &knot->samples[1][i];
+        float p[3][2], slopes[4];
+        lflare__terms_at t;
+        for (j = 0; j < 2; j++) { /* along x, along y */
+            int32_t e;
+            for (e = 0; e < 3; e++) {
+                double shift = step * (e - 1);
+                lflare__terms_make(b->order, (float)(s->x * 0.9 + (j == 0 ? shift : 0)), (float)(s->y * 0.9 + (j == 1 ? shift : 0)), &t);
+                lflare__place_at(b, 1, 0, &t, p[e]);
+                if (e == 1 && j == 0) {
+                    lflare__place_slopes(b, 1, 0, &t, slopes);
+                    if (slopes[0] * slopes[3] - slopes[1] * slopes[2] < 0) turned++;
+                    else straight++;
+                }
+            }
+            bend = lflare__max(bend, 0.5 * (fabs((double)(p[0][0] - 2 * p[1][0] + p[2][0])) + fabs((double)(p[0][1] - 2 * p[1][1] + p[2][1]))));
+        }
+    }
+    if (turned > 0 && straight > 0) *folded = 1;
+    return bend / f->pixel;
+}
+
+static uint8_t *lflare__store_bytes(uint8_t *p, uint32_t v, int32_t count)
+{
+    int32_t i;
+    for (i = 0; i < count; i++) *p++ = (uint8_t)(v >> (8 * i));
+    return p;
+}
+
+static uint8_t *lflare__store_float(uint8_t *p, float v)
+{
+    uint32_t bits;
+    memcpy(&bits, &v, sizeof bits);
+    return lflare__store_bytes(p, bits, 4);
+}
+
+static uint8_t *lflare__store_field(uint8_t *p, const float *even, int32_t even_terms, const float *odd, int32_t odd_terms)
+{
+    float most = 1e-30f;
+    int32_t i;
+    for (i = 1; i < even_terms; i++) most = lflare__maxf(most, fabsf(even[i]));
+    for (i = 0; i < odd_terms; i++) most = lflare__maxf(most, fabsf(odd[i]));
+    p = lflare__store_float(p, even[0]);
+    p = lflare__store_float(p, most / 32767);
+    for (i = 1; i < even_terms; i++) p = lflare__store_bytes(p, (uint32_t)(int32_t)floorf(even[i] / most * 32767 + 0.5f), 2);
+    for (i = 0; i < odd_terms; i++) p = lflare__store_bytes(p, (uint32_t)(int32_t)floorf(odd[i] / most * 32767 + 0.5f), 2);
+    return p;
+}
+
+static uint8_t *lflare__store_knot(uint8_t *p, const lflare__bundle *b)
+{
+    static const int32_t sequence[LFLARE_WAVELENGTHS] = {1, 0, 2};
+    int32_t k, place;
+    p = lflare__store_float(p, b->middle);
+    p = lflare__store_float(p, b->half[0]);
+    p = lflare__store_float(p, b->half[1]);
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
+        int32_t w = sequence[k], n = k == 0 ? b->order : lflare__difference_order(b->order);
+        for (place = 0; place < 2 + b->rims; place++) p = lflare__store_field(p, b->even[w][place], lflare__terms(n), b->odd[w][place], lflare__terms(n - 1));
+        p = lflare__store_field(p, b->even[w][LFLARE__PLACES], lflare__terms(n), NULL, 0);
+    }
+    return p;
+}
+
+/* Fits one ghost; writes its row, and its knots to `out`. Returns the bytes of the knots, 0 if no light comes this way. */
+static size_t lflare__fit_one(lflare__fitter *f, lflare_pair pair, uint8_t *row, uint8_t *out)
+{
+    static const int32_t orders[3] = {3, 5, 7};
+    double hidden, worst = 0, bend = 0;
+    int32_t k, j, rims, steps[LFLARE_FIT_RIMS] = {0, 0, 0}, order = 0, folded = 0, level, tries, squarings;
+    uint8_t *p = out;
+    memset(row, 0, LFLARE__FIT_ROW);
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
+        lflare_path_make(f->lens, lflare__rgb_nm[k], &pair, &f->paths[k]);
+        f->paths[k].unweighted = 1;
+    }
+    hidden = lflare__fit_hidden(f);
+    if (!(hidden > 0)) return 0;
+    memset(f->cuts, 0, sizeof f->cuts);
+    for (j = 0; j < LFLARE__KNOTS; j++) {
+        lflare__fit_knot *knot = &f->knots[j];
+        knot->slope = tan((double)lflare__knot_angle(j, (float)hidden) * (j == LFLARE__KNOTS - 1 ? 0.99999 : 1));
+        if (!lflare__fit_box(f, knot)) return 0;
+    }
+    lflare__fit_smooth_boxes(f);
+    for (j = 0; j < LFLARE__KNOTS; j++) {
+        lflare__fit_shoot(f, &f->knots[j], 1, 14, 7, 0, NULL);
+        if (f->knots[j].counts[1] < 4) return 0;
+    }
+    rims = lflare__fit_rims(f, f->paths[1].step_count, steps);
+    for (j = 0; j < LFLARE__KNOTS; j++) {
+        lflare__fit_take_rims(&f->knots[j], rims, steps);
+        for (k = 0; k < LFLARE_WAVELENGTHS; k += 2) lflare__fit_shoot(f, &f->knots[j], k, 10, 5, rims, steps);
+    }
+    squarings = lflare__fit_squarings(f, 5);
+    for (tries = 0; tries < 3 && (tries == 0 || worst > 0.2 * f->pixel); tries++) {
+        order = orders[tries];
+        worst = 0;
+        for (j = 0; j < LFLARE__KNOTS; j++) worst = lflare__max(worst, lflare__fit_polynomials(f, &f->knots[j], order, rims, squarings, &f->bundles[j]));
+    }
+    for (j = 0; j < LFLARE__KNOTS; j++) {
+        bend = lflare__max(bend, lflare__fit_bend(f, &f->knots[j], &f->bundles[j], &folded));
+        p = lflare__store_knot(p, &f->bundles[j]);
+    }
+    for (level = 0; level < LFLARE__MAX_LEVEL && bend > 3; level++) bend /= 4;
+    lflare__store_float(row + 4, (float)hidden);
+    row[8] = (uint8_t)order;
+    row[9] = (uint8_t)rims;
+    row[10] = (uint8_t)level;
+    row[11] = (uint8_t)(folded | squarings << 1);
+    for (k = 0; k < LFLARE_FIT_RIMS; k++) lflare__store_bytes(row + 12 + 2 * k, (uint32_t)steps[k], 2);
+    lflare__store_float(row + 24, (float)worst);
+    return (size_t)(p - out);
+}
+
+static void lflare__fit_finish(const lflare_lens *lens, uint8_t *fit, size_t size)
+{
+    uint64_t hash = lflare__lens_hash(lens);
+    memcpy(fit, lflare__fit_magic, 6);
+    lflare__store_bytes(fit + 6, LFLARE__FIT_VERSION, 2);
+    lflare__store_bytes(fit + 8, (uint32_t)lens->ghost_count, 4);
+    lflare__store_bytes(fit + 12, (uint32_t)size, 4);
+    lflare__store_bytes(fit + 16, (uint32_t)hash, 4);
+    lflare__store_bytes(fit + 20, (uint32_t)(hash >> 32), 4);
+    hash = lflare__hash_bytes(fit + LFLARE__FIT_HEAD, size - LFLARE__FIT_HEAD);
+    lflare__store_bytes(fit + 24, (uint32_t)hash, 4);
+    lflare__store_bytes(fit + 28, (uint32_t)(hash >> 32), 4);
+}
+
+LFLARE_API lflare_result lflare_aberration_fit(const lflare_lens *lens, const lflare_aberration_desc *desc, void **fit, size_t *size, lflare_error *error)
+{
+    static const lflare_aberration_desc plain = {NULL, NULL, NULL};
+    lflare_realloc allocate;
+    lflare__fitter *f = NULL;
+    uint8_t *block = NULL;
+    size_t room, used, most = LFLARE__KNOTS * lflare__knot_bytes(LFLARE__MAX_ORDER, LFLARE_FIT_RIMS);
+    lflare_result result = LFLARE_OK;
+    lflare_pair *pairs = NULL;
+    int32_t count, g;
+    if (error != NULL) memset(error, 0, sizeof *error);
+    if (lens == NULL || fit == NULL || size == NULL) return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "no lens, or nowhere to put the fit");
+    *fit = NULL;
+    *size = 0;
+    if (desc == NULL) desc = &plain;
+    allocate = desc->allocate != NULL ? desc->allocate : lflare__libc_realloc;
+    count = lens->ghost_count;
+    used = room = LFLARE__FIT_HEAD + (size_t)count * LFLARE__FIT_ROW;
+    block = (uint8_t *)allocate(desc->user, NULL, 0, room);
+    f = (lflare__fitter *)allocate(desc->user, NULL, 0, sizeof *f);
+    pairs = (lflare_pair *)allocate(desc->user, NULL, 0, sizeof(lflare_pair) * ((size_t)count + 1));
+    if (block == NULL || f == NULL || pairs == NULL) result = lflare__fail(error, LFLARE_ERROR_MEMORY, 0, 0, "out of memory");
+    if (result == LFLARE_OK) {
+        lflare_ghost_list(lens, pairs, &count);
+        f->lens = lens;
+        f->reach = LFLARE__FIT_REACH * lflare__max(lens->sensor_width, lens->sensor_height);
+        f->pixel = lens->sensor_width / 1280;
+        for (g = 0; g < lens->surface_count; g++) lflare__film_row(lens, g, f->layers, f->film + (size_t)g * LFLARE_FILM_SAMPLES * 4);
+    }
+    for (g = 0; g < count && result == LFLARE_OK; g++) {
+        size_t bytes;
+        if (room - used < most) {
+            size_t grown = room + room / 2 + most;
+            uint8_t *larger = (uint8_t *)allocate(desc->user, block, room, grown);
+            if (larger == NULL) { result = lflare__fail(error, LFLARE_ERROR_MEMORY, 0, 0, "out of memory"); break; }
+            block = larger;
+            room = grown;
+        }
+        bytes = lflare__fit_one(f, pairs[g], block + LFLARE__FIT_HEAD + (size_t)g * LFLARE__FIT_ROW, block + used);
+        if (bytes > 0) lflare__store_bytes(block + LFLARE__FIT_HEAD + (size_t)g * LFLARE__FIT_ROW, (uint32_t)used, 4);
+        used += bytes;
+        if (desc->progress != NULL && desc->progress(desc->user, g + 1, count)) result = lflare__fail(error, LFLARE_INCOMPLETE, 0, 0, "stopped");
+    }
+    if (result == LFLARE_OK) {
+        uint8_t *exact = (uint8_t *)allocate(desc->user, block, room, used);
+        if (exact == NULL) {
+            result = lflare__fail(error, LFLARE_ERROR_MEMORY, 0, 0, "out of memory");
+        } else {
+            block = exact;
+            room = used;
+            lflare__fit_finish(lens, block, used);
+            *fit = block;
+            *size = used;
+        }
+    }
+    if (f != NULL) allocate(desc->user, f, sizeof *f, 0);
+    if (pairs != NULL) allocate(desc->user, pairs, sizeof(lflare_pair) * ((size_t)lens->ghost_count + 1), 0);
+    if (result != LFLARE_OK && block != NULL) allocate(desc->user, block, room, 0);
+    return result;
+}
+
+#endif /* LFLARE_NO_ABERRATION */
+
 #endif /* LFLARE_NO_TRACE */
 
-/* >> 10 tables */
+/* >> 11 tables */
 
 static void *lflare__carve(char **at, size_t bytes)
 {
@@ -2658,13 +3663,514 @@ static void *lflare__carve(char **at, size_t bytes)
     return here;
 }
 
-LFLARE_API lflare_tables_size lflare_tables_layout(const lflare_lens *lens, void *lens_memory, void *settings_memory, lflare_tables *t)
+enum { LFLARE__MESH_ROW = 2048 }; /* texels of a line of the meshes' texture: whole lines are allocated */
+
+#ifndef LFLARE_NO_ABERRATION
+/* -- meshes: the polynomials of room "aberration", sampled for the iris in force -- */
+
+/* Field samples stand where the fit's knots do: closer towards the hidden angle. */
+static int32_t lflare__mesh_rings(int32_t level) { return 4 << level; }
+static int32_t lflare__mesh_directions(int32_t level) { return level < 2 ? 16 : 32; }
+
+/* All patches of a ghost. */
+static int32_t lflare__mesh_patches(const lflare__fit_ghost *g)
+{
+    return (g->folded ? LFLARE_WAVELENGTHS : 1) * (lflare__mesh_rings(g->level) / 4) * (lflare__mesh_directions(g->level) / 4);
+}
+
+/* Texels of one mesh, all knots. */
+static size_t lflare__mesh_size(int32_t level)
+{
+    size_t vertices = (size_t)(lflare__mesh_rings(level) + 1) * (size_t)(lflare__mesh_directions(level) + 1);
+    return LFLARE__KNOTS * (LFLARE__MESH_KNOT_TEXELS + vertices * LFLARE__MESH_FLOATS / 4);
+}
+
+/* What shapes a ghost's mesh at one field angle. */
+typedef struct lflare__mesher {
+    lflare__bundle bundle;
+    float iris, inscribed;    /* radius of the iris, mm; of the largest disc within its blades, as a share of that */
+    float reach;              /* of the disc on the sensor where rays still matter, mm */
+    float lamps[1 + LFLARE_FIT_RIMS]; /* blur of iris and rims, mm on the sensor per radian of the lamp's size */
+    int32_t lead, begin, end; /* channel whose entrance points the mesh is laid over; channels drawn */
+    int32_t ragged;           /* what is open is not seen all over from its centre, or is in pieces */
+    float middle, half[2], bend; /* centre and unit of the mesh's polar coordinates, in the bundle's box; x also goes with bend y^2 */
+} lflare__mesher;
+
+typedef struct lflare__mesh_point {
+    float sensor[2], closed[LFLARE_WAVELENGTHS], irradiance[LFLARE_WAVELENGTHS], weight, shrink; /* of the channel last looked at */
+    float iris[LFLARE_WAVELENGTHS][2], rim[LFLARE_WAVELENGTHS]; /* in units of their radii; of the rim that clips first */
+    float lamp;                                                 /* blur of that rim for the channel last looked at */
+} lflare__mesh_point;
+
+/* How closed a channel is to a point of the box whose terms are given: passes up to 1. The end of what matters and of what was
+   fitted counts as a rim. */
+static float lflare__mesh_closed(const lflare__mesher *m, int32_t k, float x, const lflare__terms_at *t, lflare__mesh_point *out)
+{
+    float place[2], c, rim;
+    int32_t i;
+    lflare__place_at(&m->bundle, k, 0, t, place);
+    rim = lflare__maxf((place[0] * place[0] + place[1] * place[1]) / (m->reach * m->reach), lflare__maxf(x * x, t->y * t->y) * (1 / (1.3f * 1.3f)));
+    out->lamp = 0;
+    for (i = 0; i < m->bundle.rims; i++) {
+        lflare__place_at(&m->bundle, k, 2 + i, t, place);
+        c = place[0] * place[0] + place[1] * place[1];
+        if (c <= rim) continue;
+        rim = c;
+        out->lamp = m->lamps[1 + i];
+    }
+    lflare__place_at(&m->bundle, k, 1, t, place);
+    out->iris[k][0] = place[0] / m->iris;
+    out->iris[k][1] = place[1] / m->iris;
+    out->rim[k] = sqrtf(rim);
+    return sqrtf(lflare__maxf(rim, out->iris[k][0] * out->iris[k][0] + out->iris[k][1] * out->iris[k][1]));
+}
+
+/* Moves a point of the box to where channel k's ray lands on `sensor`: Newton's method. */
+static void lflare__mesh_match(const lflare__mesher *m, int32_t k, const float *sensor, float *x, float *y, lflare__terms_at *t)
+{
+    int32_t i;
+    for (i = 0; i < 2; i++) {
+        float at[2], j[4], det, dx, dy;
+        lflare__place_at(&m->bundle, k, 0, t, at);
+        lflare__place_slopes(&m->bundle, k, 0, t, j);
+        at[0] = sensor[0] - at[0];
+        at[1] = sensor[1] - at[1];
+        det = j[0] * j[3] - j[1] * j[2];
+        if (!(fabsf(det) > 1e-20f)) return;
+        dx = (at[0] * j[3] - at[1] * j[1]) / det;
+        dy = (at[1] * j[0] - at[0] * j[2]) / det;
+        *x = lflare__minf(lflare__maxf(*x + dx, -2), 2);
+        *y = lflare__minf(lflare__maxf(*y + dy, -2), 2);
+        lflare__terms_make(m->bundle.order, *x, *y, t);
+    }
+}
+
+/* All channels at the place where the lead channel's ray through (x, y) lands. */
+static void lflare__mesh_point_at(const lflare__mesher *m, float x, float y, lflare__mesh_point *out)
+{
+    lflare__terms_at lead, t;
+    int32_t k;
+    x += m->bend * y * y;
+    lflare__terms_make(m->bundle.order, x, y, &lead);
+    lflare__place_at(&m->bundle, m->lead, 0, &lead, out->sensor);
+    for (k = m->begin; k < m->end; k++) {
+        float j[4], px = x, py = y;
+        t = lead;
+        if (k != m->lead) lflare__mesh_match(m, k, out->sensor, &px, &py, &t);
+        out->closed[k] = lflare__mesh_closed(m, k, px, &t, out);
+        lflare__place_slopes(&m->bundle, k, 0, &t, j);
+        out->weight = lflare__weight_at(&m->bundle, k, &t);
+        out->shrink = (j[0] * j[3] - j[1] * j[2]) / (m->bundle.half[0] * m->bundle.half[1]);
+        out->irradiance[k] = out->weight / lflare__maxf(fabsf(out->shrink), 1e-12f);
+    }
+}
+
+static float lflare__mesh_open(const lflare__mesher *m, float x, float y, int any)
+{
+    lflare__mesh_point p;
+    float c;
+    int32_t k;
+    lflare__mesh_point_at(m, x, y, &p);
+    c = p.closed[m->begin];
+    for (k = m->begin + 1; k < m->end; k++) c = any ? lflare__minf(c, p.closed[k]) : lflare__maxf(c, p.closed[k]);
+    return 1 - c;
+}
+
+/* The most open point of the mirror plane, for any channel. */
+static float lflare__mesh_widest(const lflare__mesher *m, float *at)
+{
+    float best = -9, step = 0.15f;
+    int32_t i, side;
+    for (i = -8; i <= 8; i++) {
+        float x = 0.15f * (float)i, open = lflare__mesh_open(m, x, 0, 1);
+        if (open > best) best = open, *at = x;
+    }
+    for (i = 0; i < 12; i++) {
+        float x = *at;
+        step *= 0.6f;
+        for (side = -1; side <= 1; side += 2) {
+            float open = lflare__mesh_open(m, x + (float)side * step, 0, 1);
+            if (open > best) best = open, *at = x + (float)side * step;
+        }
+    }
+    return best;
+}
+
+/* How far from (x, y) along (dx, dy) it stays open, in any channel or in all. */
+static float lflare__mesh_extent(const lflare__mesher *m, float x, float y, float dx, float dy, float guess, int any)
+{
+    float near = 0, far = guess, open_near = lflare__mesh_open(m, x, y, any), open_far;
+    int32_t i;
+    if (open_near <= 0) return 0;
+    for (i = 0; i < 12 && (open_far = lflare__mesh_open(m, x + far * dx, y + far * dy, any)) > 0; i++) {
+        near = far;
+        open_near = open_far;
+        far *= 1.5f;
+    }
+    open_far = lflare__mesh_open(m, x + far * dx, y + far * dy, any);
+    for (i = 0; i < 12 && far - near > 1e-3f * far; i++) { /* regula falsi, kept from creeping */
+        float share = i % 3 == 2 ? 0.5f : lflare__minf(lflare__maxf(open_near / (open_near - open_far), 0.02f), 0.98f);
+        float middle = near + share * (far - near), open = lflare__mesh_open(m, x + middle * dx, y + middle * dy, any);
+        if (open > 0) near = middle, open_near = open;
+        else far = middle, open_far = open;
+    }
+    return any ? far : near;
+}
+
+/* Centre, unit and bend of the polar coordinates; 0 if all is closed. What two rims leave may be a crescent: bent by how its middle
+   moves with y it is a lens again, seen all over from its centre. */
+static int lflare__mesh_place(lflare__mesher *m)
+{
+    float x, lo, hi, up;
+    m->middle = m->half[0] = m->half[1] = m->bend = 0;
+    if (lflare__mesh_widest(m, &x) <= 0) {
+        m->middle = x;
+        return 0;
+    }
+    hi = x + lflare__mesh_extent(m, x, 0, 1, 0, 0.5f, 1);
+    lo = x - lflare__mesh_extent(m, x, 0, -1, 0, 0.5f, 1);
+    m->middle = 0.5f * (lo + hi);
+    m->half[0] = lflare__maxf(0.5f * (hi - lo), 1e-5f);
+    up = 0.7f * lflare__mesh_extent(m, m->middle, 0, 0, 1, 0.5f, 1);
+    if (up > 0) {
+        hi = m->middle + lflare__mesh_extent(m, m->middle, up, 1, 0, m->half[0], 1);
+        lo = m->middle - lflare__mesh_extent(m, m->middle, up, -1, 0, m->half[0], 1);
+        m->bend = (0.5f * (lo + hi) - m->middle) / (up * up);
+    }
+    m->half[1] = lflare__maxf(lflare__mesh_extent(m, m->middle, 0, 0, 1, 0.5f, 1), 1e-5f);
+    return 1;
+}
+
+/* Whether the lead channel's open part of the box hides some of itself from the centre. */
+static int lflare__mesh_ragged(lflare__mesher *m)
+{
+    int32_t i, j, k;
+    lflare__mesh_point p;
+    lflare__terms_at t;
+    if (!lflare__mesh_place(m)) return 0;
+    for (j = 0; j <= 6; j++)
+        for (i = -6; i <= 6; i++) {
+            float y = (float)j / 6, x = (float)i / 5;
+            lflare__terms_make(m->bundle.order, x, y, &t);
+            if (lflare__mesh_closed(m, m->lead, x, &t, &p) > 0.95f) continue;
+            for (k = 1; k <= 5; k++) { /* on the way to the centre, in the mesh's coordinates */
+                float f = (float)k / 6, from = x - m->bend * y * y, py = f * y, px = m->middle + f * (from - m->middle) + m->bend * py * py;
+                lflare__terms_make(m->bundle.order, px, py, &t);
+                if (lflare__mesh_closed(m, m->lead, px, &t, &p) > 1.02f) return 1;
+            }
+        }
+    return 0;
+}
+
+/* Centre and unit for a ragged mesh: the bounds of what is open. */
+static int lflare__mesh_bounds(lflare__mesher *m)
+{
+    float lo = 9, hi = -9, up = 0;
+    int32_t i, j;
+    m->bend = 0;
+    for (j = 0; j <= 16; j++)
+        for (i = -16; i <= 16; i++) {
+            float x = 0.08f * (float)i, y = 0.08f * (float)j;
+            if (lflare__mesh_open(m, x, y, 1) <= -0.03f) continue;
+            lo = lflare__minf(lo, x);
+            hi = lflare__maxf(hi, x);
+            up = lflare__maxf(up, y);
+        }
+    m->middle = lo > hi ? 0 : 0.5f * (lo + hi);
+    m->half[0] = lflare__maxf(0.5f * (hi - lo) + 0.08f, 1e-5f);
+    m->half[1] = up + 0.08f;
+    return lo <= hi;
+}
+
+/* Where a direction of a ragged mesh ends: beyond the outermost that is open. */
+static float lflare__mesh_outermost(const lflare__mesher *m, float x, float y)
+{
+    int32_t i;
+    for (i = 24; i > 1; i--)
+        if (lflare__mesh_open(m, m->middle + (float)i / 16 * x, (float)i / 16 * y, 1) > -0.03f) break;
+    return (float)(i + 1) / 16;
+}
+
+static void lflare__mesh_store(const lflare__mesher *m, const lflare__mesh_point *p, float *out)
+{
+    int32_t k;
+    out[0] = p->sensor[0];
+    out[1] = p->sensor[1];
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
+        int32_t from = k < m->begin || k >= m->end ? m->lead : k; /* what is not drawn is put where it does no harm */
+        out[2 + k] = from == k ? p->irradiance[k] : 0;
+        out[5 + k] = p->rim[from];
+        out[8 + 2 * k] = p->iris[from][0];
+        out[9 + 2 * k] = p->iris[from][1];
+    }
+    out[14] = p->lamp;
+    out[15] = 0;
+}
+
+/* Twice the area of a triangle on the sensor; a, b, c: the vertices' floats. */
+static float lflare__mesh_area(const float *a, const float *b, const float *c)
+{
+    return (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);
+}
+
+/* Places the rings along a direction so that they divide the way on the sensor evenly, and a little the way on the entrance too:
+   rays near total reflection run apart by decimetres. */
+static void lflare__mesh_spread(const lflare__mesher *m, float x, float y, float outer, int32_t rings, float *places)
+{
+    enum { FINE = 4 };
+    float length[FINE * (4 << LFLARE__MAX_LEVEL) + 1], last[2] = {0, 0}, even;
+    int32_t i, r = 1, count = FINE * rings;
+    length[0] = places[0] = 0;
+    for (i = 0; i <= count; i++) {
+        float at = outer * (float)i / (float)count, sensor[2];
+        lflare__terms_at t;
+        lflare__terms_make(m->bundle.order, m->middle + at * x + m->bend * at * y * at * y, at * y, &t);
+        lflare__place_at(&m->bundle, m->lead, 0, &t, sensor);
+        if (i > 0) length[i] = length[i - 1] + sqrtf((sensor[0] - last[0]) * (sensor[0] - last[0]) + (sensor[1] - last[1]) * (sensor[1] - last[1]));
+        last[0] = sensor[0];
+        last[1] = sensor[1];
+    }
+    even = 0.5f * length[count] / (float)count + 1e-9f;
+    for (i = 1; i <= count; i++) length[i] += even * (float)i;
+    for (i = 1; i <= count && r < rings; i++)
+        for (; r < rings && length[i] * (float)rings >= length[count] * (float)r; r++) {
+            float f = (length[count] * (float)r / (float)rings - length[i - 1]) / (length[i] - length[i - 1]);
+            places[r] = outer * ((float)(i - 1) + f) / (float)count;
+        }
+    places[rings] = outer;
+}
+
+/* Which ring a place is at, as a fraction of all. */
+static float lflare__mesh_ring_of(const float *places, int32_t rings, float place)
+{
+    int32_t r = 0;
+    if (!(places[rings] > 0) || place >= places[rings]) return places[rings] > 0 ? 1.0f : 0.0f;
+    while (r + 1 < rings && places[r + 1] <= place) r++;
+    return ((float)r + lflare__maxf(place - places[r], 0) / lflare__maxf(places[r + 1] - places[r], 1e-12f)) / (float)rings;
+}
+
+/* What the vertices of a knot are, besides what is stored. */
+typedef struct lflare__mesh_scratch {
+    float x, y, weight, shrink; /* entrance point, mm; sensor area per entrance area, signed */
+} lflare__mesh_scratch;
+
+enum { LFLARE__MESH_VERTICES = ((4 << LFLARE__MAX_LEVEL) + 1) * ((8 << LFLARE__MAX_LEVEL) + 1) };
+
+/* Where the map turns over its scale passes through 0 between vertices. There the power of all triangles round a vertex goes
+   over their area: what is drawn between vertices then adds up to the power that comes in. */
+static void lflare__mesh_caustics(const lflare__mesher *m, int32_t rings, int32_t directions, const lflare__mesh_scratch *scratch, float *vertices)
+{
+    int32_t r, d, i;
+    for (r = 0; r <= rings; r++)
+        for (d = 0; d <= directions; d++) {
+            static const int32_t dr[7] = {1, 1, 0, -1, -1, 0, 1}, dd[7] = {0, -1, -1, 0, 1, 1, 0}; /* corners of the six triangles round a vertex */
+            const lflare__mesh_scratch *here = &scratch[r * (directions + 1) + d];
+            float in = 0, out = 0, least = here->shrink, most = here->shrink;
+            for (i = 0; i < 6; i++) {
+                int32_t r1 = r + dr[i], d1 = d + dd[i], r2 = r + dr[i + 1], d2 = d + dd[i + 1];
+                const lflare__mesh_scratch *a, *b;
+                const float *va, *vb, *v = vertices + ((size_t)r * (size_t)(directions + 1) + (size_t)d) * LFLARE__MESH_FLOATS;
+                if (r1 < 0 || r2 < 0 || r1 > rings || r2 > rings || d1 < 0 || d2 < 0 || d1 > directions || d2 > directions) continue;
+                a = &scratch[r1 * (directions + 1) + d1];
+                b = &scratch[r2 * (directions + 1) + d2];
+                va = vertices + ((size_t)r1 * (size_t)(directions + 1) + (size_t)d1) * LFLARE__MESH_FLOATS;
+                vb = vertices + ((size_t)r2 * (size_t)(directions + 1) + (size_t)d2) * LFLARE__MESH_FLOATS;
+                in += fabsf((a->x - here->x) * (b->y - here->y) - (b->x - here->x) * (a->y - here->y));
+                out += fabsf(lflare__mesh_area(v, va, vb));
+                least = lflare__minf(least, lflare__minf(a->shrink, b->shrink));
+                most = lflare__maxf(most, lflare__maxf(a->shrink, b->shrink));
+            }
+            if (least > 0.3f * most || most < 0.3f * least) continue;
+            vertices[((size_t)r * (size_t)(directions + 1) + (size_t)d) * LFLARE__MESH_FLOATS + 2 + (size_t)m->lead] = here->weight * in / lflare__maxf(out, 1e-12f);
+        }
+}
+
+/* One field angle of a mesh. */
+static void lflare__mesh_knot(lflare__mesher *m, int32_t level, float *out)
+{
+    enum { F = LFLARE__MESH_FLOATS };
+    int32_t rings = lflare__mesh_rings(level), directions = lflare__mesh_directions(level), r, d;
+    float *vertices = out + 4 * LFLARE__MESH_KNOT_TEXELS, far[2] = {1e30f, -1e30f}, up = 0, area = 0, places[(4 << LFLARE__MAX_LEVEL) + 1];
+    size_t row = (size_t)(directions + 1) * F;
+    lflare__mesh_scratch scratch[LFLARE__MESH_VERTICES];
+    int open = m->ragged ? lflare__mesh_bounds(m) : lflare__mesh_place(m);
+    for (d = 0; d <= directions; d++) {
+        float angle = (float)LFLARE__PI * (float)d / (float)directions, x = m->half[0] * cosf(angle), y = d == 0 || d == directions ? 0 : m->half[1] * sinf(angle);
+        float outer = 0, inner = 0;
+        if (open && m->ragged) {
+            outer = lflare__mesh_outermost(m, x, y);
+        } else if (open) {
+            outer = lflare__mesh_extent(m, m->middle, 0, x, y, 1, 1);
+            m->iris *= m->inscribed;
+            inner = lflare__mesh_extent(m, m->middle, 0, x, y, outer, 0);
+            m->iris /= m->inscribed;
+        }
+        lflare__mesh_spread(m, x, y, outer, rings, places);
+        for (r = 0; r <= rings; r++) {
+            lflare__mesh_point p;
+            lflare__mesh_scratch *s = &scratch[r * (directions + 1) + d];
+            float at = places[r], *v = vertices + (size_t)r * row + (size_t)d * F;
+            lflare__mesh_point_at(m, m->middle + at * x, at * y, &p);
+            lflare__mesh_store(m, &p, v);
+            s->x = (at * x + m->bend * at * y * at * y) * m->bundle.half[0];
+            s->y = at * y * m->bundle.half[1];
+            s->weight = p.weight;
+            s->shrink = p.shrink;
+            far[0] = lflare__minf(far[0], p.sensor[0]);
+            far[1] = lflare__maxf(far[1], p.sensor[0]);
+            up = lflare__maxf(up, fabsf(p.sensor[1]));
+            if (r == rings) v[15] = lflare__mesh_ring_of(places, rings, inner); /* where the rim begins */
+        }
+    }
+    for (d = 0; d <= directions; d++) { /* on the last ring but one: what a unit of the polar radius is across the outline */
+        int32_t before = d > 0 ? d - 1 : 0, after = d < directions ? d + 1 : d;
+        float *edge = vertices + (size_t)rings * row, *in = edge - row + (size_t)d * F;
+        const float *a = edge + (size_t)before * F, *b = edge + (size_t)after * F, *v = edge + (size_t)d * F;
+        float tx = b[0] - a[0], ty = b[1] - a[1], length;
+        if (d == 0 || d == directions) tx = 0, ty = 1; /* across the mirror plane */
+        length = sqrtf(tx * tx + ty * ty);
+        in[15] = (float)rings * (length > 1e-12f ? fabsf((v[0] - in[0]) * ty - (v[1] - in[1]) * tx) / length : 0);
+    }
+    for (r = 0; r < rings; r++)
+        for (d = 0; d < directions; d++) {
+            const float *v = vertices + (size_t)r * row + (size_t)d * F, *w = v + F;
+            area += fabsf(lflare__mesh_area(v, v + row, w)) + fabsf(lflare__mesh_area(v + row, w, w + row));
+        }
+    if (m->end - m->begin == 1) lflare__mesh_caustics(m, rings, directions, scratch, vertices);
+    memset(out, 0, sizeof(float) * 4 * LFLARE__MESH_KNOT_TEXELS);
+    out[0] = sqrtf(area / (float)LFLARE__PI); /* both halves of the triangles */
+    out[1] = m->lamps[0];
+    out[2] = sqrtf(m->half[0] * m->bundle.half[0] * m->half[1] * m->bundle.half[1]);
+    out[4] = 0.5f * (far[0] + far[1]);
+    out[5] = sqrtf(0.25f * (far[1] - far[0]) * (far[1] - far[0]) + up * up);
+}
+
+/* Blur of the images of iris and rims, mm on the sensor per radian of the lamp's size: how fast they move with its place (P 3). */
+static void lflare__mesh_lamps(const lflare_lens *lens, lflare_pair pair, const float *head, const lflare__fit_ghost *ghost, float *lamps)
+{
+    double n[LFLARE_MAX_SURFACES + 1], m11 = (double)head[6], m12 = (double)head[7];
+    lflare__walk walk;
+    lflare_crossing at;
+    int32_t step = 0, i;
+    for (i = 0; i <= LFLARE_FIT_RIMS; i++) lamps[i] = 0;
+    lflare__indices(&lens->prescription, lflare__rgb_nm[1], n);
+    lflare__walk_start(&walk, lens, n, pair);
+    for (; lflare__walk_next(&walk, &at); step++)
+        for (i = 0; i <= ghost->rims; i++)
+            if (i == 0 ? at.surface == lens->stop : step == ghost->steps[i - 1])
+                lamps[i] = (float)lflare__min(fabs(m12 - m11 * at.b / (fabs(at.a) > 1e-9 ? at.a : 1e-9)), 10 * fabs(m12) + lens->sensor_width);
+}
+
+/* Where the ghost hides for the iris in force: a bisection on the polynomials. */
+static float lflare__mesh_hidden(lflare__mesher *m, const lflare__fit_ghost *ghost)
+{
+    float lo = 0, hi = ghost->hidden_angle, x;
+    int32_t i;
+    lflare__bundle_at(ghost, 0.9999f * hi, &m->bundle);
+    if (lflare__mesh_widest(m, &x) > -0.02f) return hi;
+    for (i = 0; i < 12; i++) {
+        float middle = 0.5f * (lo + hi);
+        lflare__bundle_at(ghost, middle, &m->bundle);
+        if (lflare__mesh_widest(m, &x) > 0) lo = middle;
+        else hi = middle;
+    }
+    return hi;
+}
+
+static float lflare__iris_inscribed(const lflare_iris *iris)
+{
+    float least = 1;
+    int32_t i;
+    for (i = 0; i < iris->blade_count; i++) {
+        const lflare_blade *b = &iris->blades[i];
+        least = lflare__minf(least, b->arc > 0 ? b->arc - b->distance : b->distance);
+    }
+    return least;
+}
+
+/* All meshes of a ghost: one for the three channels together, or where the map turns over one for each. */
+static void lflare__mesh_ghost(const lflare_lens *lens, lflare_tables *t, int32_t g)
+{
+    const float *lens_head = t->head + (size_t)g * LFLARE_HEAD_FLOATS;
+    float *head = t->mesh_head + (size_t)g * LFLARE_MESH_HEAD_FLOATS, *out;
+    lflare__fit_ghost ghost;
+    lflare__mesher m;
+    int32_t mesh, j, ragged;
+    lflare__fit_ghost_read(t->fit, g, &ghost);
+    if (ghost.knots == NULL) return;
+    lflare__mesh_lamps(lens, t->pairs[g], lens_head, &ghost, m.lamps);
+    m.iris = t->iris.radius;
+    m.inscribed = lflare__iris_inscribed(&t->iris);
+    m.reach = (float)LFLARE__FIT_REACH * lflare__maxf(t->sensor_width, t->sensor_height);
+    out = t->mesh + 4 * (size_t)head[0];
+    m.lead = 1;
+    m.begin = 0;
+    m.end = LFLARE_WAVELENGTHS;
+    m.bend = 0;
+    head[4] = lflare__mesh_hidden(&m, &ghost);
+    head[3] = 0.61e-6f * t->wavelengths[1] * lens_head[7]; /* radius that diffraction leaves, times that of the bundle */
+    head[5] = 0;
+    for (mesh = 0; mesh < (int32_t)head[6]; mesh++) {
+        m.begin = ghost.folded ? mesh : 0;
+        m.end = ghost.folded ? mesh + 1 : LFLARE_WAVELENGTHS;
+        m.lead = ghost.folded ? mesh : 1;
+        for (j = ragged = 0; j < LFLARE__KNOTS && !ragged; j++) {
+            lflare__bundle_at(&ghost, lflare__knot_angle(j, head[4]), &m.bundle);
+            ragged = lflare__mesh_ragged(&m);
+        }
+        m.ragged = ragged;
+        head[5] += (float)(ragged << mesh);
+        for (j = 0; j < LFLARE__KNOTS; j++) {
+            lflare__bundle_at(&ghost, lflare__knot_angle(j, head[4]) * (j == LFLARE__KNOTS - 1 ? 0.99999f : 1), &m.bundle);
+            lflare__mesh_knot(&m, ghost.level, out);
+            out += 4 * (size_t)head[7];
+        }
+    }
+}
+
+/* The rows of mesh_head that do not depend on settings; returns the texels of all meshes. */
+static size_t lflare__mesh_layout(lflare_tables *t)
+{
+    size_t used = 0;
+    int32_t g;
+    for (g = 0; g < t->ghost_count && t->fit != NULL; g++) {
+        lflare__fit_ghost ghost;
+        lflare__fit_ghost_read(t->fit, g, &ghost);
+        if (t->mesh_head != NULL) {
+            float *head = t->mesh_head + (size_t)g * LFLARE_MESH_HEAD_FLOATS;
+            memset(head, 0, sizeof(float) * LFLARE_MESH_HEAD_FLOATS);
+            if (ghost.knots != NULL) {
+                head[0] = (float)used;
+                head[1] = (float)lflare__mesh_directions(ghost.level);
+                head[2] = (float)lflare__mesh_rings(ghost.level);
+                head[6] = ghost.folded ? (float)LFLARE_WAVELENGTHS : 1;
+                head[7] = (float)(lflare__mesh_size(ghost.level) / LFLARE__KNOTS);
+            }
+        }
+        if (ghost.knots != NULL) used += (ghost.folded ? LFLARE_WAVELENGTHS : 1) * lflare__mesh_size(ghost.level);
+    }
+    return used;
+}
+
+#else
+static size_t lflare__mesh_layout(lflare_tables *t)
+{
+    t->fit = NULL;
+    return 0;
+}
+#endif /* LFLARE_NO_ABERRATION */
+
+LFLARE_API lflare_tables_size lflare_tables_layout(const lflare_lens *lens, const void *fit, void *lens_memory, void *settings_memory, lflare_tables *t)
 {
     const size_t f = sizeof(float), ghosts = (size_t)lens->ghost_count, surfaces = (size_t)lens->surface_count;
     lflare_tables_size size;
     static const double *nm = lflare__rgb_nm;
-    size_t arrays[9];
+    size_t arrays[11];
     int32_t i;
+    t->ghost_count = lens->ghost_count;
+    t->fit = (const uint8_t *)fit;
+    t->mesh_head = t->mesh = NULL;
+    t->mesh_texels = lflare__mesh_layout(t);
     arrays[0] = ghosts * sizeof(lflare_pair);
     arrays[1] = ghosts * LFLARE_HEAD_FLOATS * f;
     arrays[2] = ghosts * LFLARE_MAX_RIMS * LFLARE_RIM_FLOATS * f;
@@ -2674,8 +4180,10 @@ LFLARE_API lflare_tables_size lflare_tables_layout(const lflare_lens *lens, void
     arrays[6] = ghosts * LFLARE_STYLE_FLOATS * f;
     arrays[7] = ghosts * 2 * f;
     arrays[8] = ghosts * sizeof(lflare_cull);
+    arrays[9] = t->fit != NULL ? ghosts * LFLARE_MESH_HEAD_FLOATS * f : 0;
+    arrays[10] = (t->mesh_texels + LFLARE__MESH_ROW - 1) / LFLARE__MESH_ROW * LFLARE__MESH_ROW * 4 * f;
     size.lens = size.settings = 0;
-    for (i = 0; i < 9; i++) {
+    for (i = 0; i < 11; i++) {
         size_t bytes = (arrays[i] + 15) & ~(size_t)15;
         if (i < 5) size.lens += bytes;
         else size.settings += bytes;
@@ -2694,8 +4202,12 @@ LFLARE_API lflare_tables_size lflare_tables_layout(const lflare_lens *lens, void
         t->style = (float *)lflare__carve(&at, arrays[6]);
         t->rank = (float *)lflare__carve(&at, arrays[7]);
         t->cull = (lflare_cull *)lflare__carve(&at, arrays[8]);
+        if (t->fit != NULL) {
+            t->mesh_head = (float *)lflare__carve(&at, arrays[9]);
+            t->mesh = (float *)lflare__carve(&at, arrays[10]);
+            lflare__mesh_layout(t);
+        }
     }
-    t->ghost_count = lens->ghost_count;
     t->surface_count = lens->surface_count;
     t->sensor_width = (float)lens->sensor_width;
     t->sensor_height = (float)lens->sensor_height;
@@ -2923,6 +4435,9 @@ LFLARE_API lflare_result lflare_tables_configure_begin(const lflare_lens *lens, 
     }
     if (lflare_iris_make(lens, s->fnumber, s->blades, (double)s->blade_rotation, (double)s->blade_curvature, &t->iris, &fnumber) != LFLARE_OK)
         return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "the iris has 0 or 3 to 16 blades, a finite rotation, a curvature from 0 to 1");
+    if ((int)s->model < 0 || s->model > LFLARE_MODEL_POLYNOMIAL || (s->model == LFLARE_MODEL_POLYNOMIAL && t->mesh == NULL))
+        return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "the polynomial model needs a fit: see lflare_aberration_fit");
+    t->model = s->model == LFLARE_MODEL_PARAXIAL || t->mesh == NULL ? LFLARE_MODEL_PARAXIAL : LFLARE_MODEL_POLYNOMIAL;
     t->fnumber = (float)fnumber;
     t->ghost_budget = s->ghost_budget;
     return LFLARE_OK;
@@ -2973,7 +4488,44 @@ static void lflare__cull_ghost(lflare_tables *t, int32_t g, double hidden_slope)
     cull->reach = (float)(3 * reach) * lflare__maxf(style[3], 1);
     cull->hidden_slope = (float)hidden_slope;
     cull->ghost = (uint32_t)g;
+    cull->patches = 1;
 }
+
+#ifndef LFLARE_NO_ABERRATION
+/* The same of a mesh. */
+static void lflare__mesh_cull(lflare_tables *t, int32_t g)
+{
+    const float *head = t->mesh_head + (size_t)g * LFLARE_MESH_HEAD_FLOATS, *style = t->style + (size_t)g * LFLARE_STYLE_FLOATS;
+    const float *first = t->mesh + 4 * (size_t)head[0];
+    lflare_cull *cull = &t->cull[g];
+    float along = 0, weight = 0, reach = 0;
+    int32_t j, count = LFLARE__KNOTS * (int32_t)head[6];
+    cull->patches = 0;
+    if (!(head[6] > 0)) { /* exact rays say that nothing passes */
+        t->rank[g * 2] = 0;
+        return;
+    }
+    for (j = 0; j < count; j++) {
+        const float *knot = first + (size_t)j * 4 * (size_t)head[7];
+        float u = tanf(lflare__knot_angle(j % LFLARE__KNOTS, head[4]));
+        along += knot[4] * u;
+        weight += u * u;
+        reach = lflare__maxf(reach, knot[1]);
+    }
+    along /= weight;
+    cull->radius = 0;
+    for (j = 0; j < count; j++) {
+        const float *knot = first + (size_t)j * 4 * (size_t)head[7];
+        cull->radius = lflare__maxf(cull->radius, 1.1f * knot[5] + fabsf(knot[4] - along * tanf(lflare__knot_angle(j % LFLARE__KNOTS, head[4]))));
+    }
+    if (style[3] != 1) cull->radius *= 1 + 2 * style[3];
+    cull->along = along + style[4] * t->efl;
+    cull->reach = 3 * reach * lflare__maxf(style[3], 1);
+    cull->hidden_slope = tanf(head[4]);
+    cull->patches = (uint16_t)(head[6] * (head[1] / 4) * (head[2] / 4));
+}
+
+#endif /* LFLARE_NO_ABERRATION */
 
 /* Bits of the circles that bind at slope u, or nearly so for soft edges: bit 0 the pupil, then the rims. */
 static int32_t lflare__binding(const lflare_circle *c, int32_t count, double u)
@@ -3050,6 +4602,11 @@ static void lflare__configure_ghost(const lflare_lens *lens, lflare_tables *t, c
     t->rank[g * 2] = peak;
     t->rank[g * 2 + 1] = mean;
     lflare__cull_ghost(t, g, hidden);
+#ifndef LFLARE_NO_ABERRATION
+    if (t->model == LFLARE_MODEL_PARAXIAL) return;
+    lflare__mesh_ghost(lens, t, g);
+    lflare__mesh_cull(t, g);
+#endif
 }
 
 LFLARE_API void lflare_tables_configure_range(const lflare_lens *lens, lflare_tables *t, const lflare_settings *s, int32_t begin, int32_t end)
@@ -3117,11 +4674,20 @@ LFLARE_API void lflare_tables_configure_end(lflare_tables *t, const lflare_setti
     ghosts = (size_t)t->ghost_count;
     t->lens_hash = lflare__hash(t->head, ghosts * LFLARE_HEAD_FLOATS, t->rims, ghosts * LFLARE_MAX_RIMS * LFLARE_RIM_FLOATS);
     t->settings_hash = lflare__hash(t->field, ghosts * LFLARE_FIELD_SAMPLES * LFLARE_FIELD_FLOATS, t->style, ghosts * LFLARE_STYLE_FLOATS);
+    t->mesh_hash = 0;
+#ifndef LFLARE_NO_ABERRATION
+    if (t->model == LFLARE_MODEL_POLYNOMIAL) {
+        float iris[2];
+        iris[0] = t->iris.radius;
+        iris[1] = lflare__iris_inscribed(&t->iris);
+        t->mesh_hash = lflare__hash(iris, 2, t->head, ghosts * LFLARE_HEAD_FLOATS) ^ lflare__fit_hash(t->fit);
+    }
+#endif
     t->mean_irradiance = (float)mean;
     t->exposure = exp2f(s->exposure_ev) * (s->raw || !(mean > 0) ? 1 : (float)((double)LFLARE_NORMAL_MEAN / mean));
 }
 
-/* >> 11 frame */
+/* >> 12 frame */
 
 /* Size of the frame on the sensor; how the lens's slope follows from the camera's. */
 static float lflare__frame_size(const lflare_tables *t, const lflare_view *v, lflare_frame_data *f)
@@ -3200,7 +4766,7 @@ LFLARE_API lflare_result lflare_frame_build(const lflare_tables *t, const lflare
                                             lflare_frame_data *f)
 {
     float slope_scale;
-    int32_t i, g;
+    int32_t i, g, k;
     if (f == NULL) return LFLARE_ERROR_ARGUMENT;
     f->light_count = f->instance_count = 0;
     if (t == NULL || !lflare__valid_view(view) || light_count < 0 || (light_count > 0 && lights == NULL)) return LFLARE_ERROR_ARGUMENT;
@@ -3222,11 +4788,14 @@ LFLARE_API lflare_result lflare_frame_build(const lflare_tables *t, const lflare
             float r = c->radius + growth + c->reach * l->angular_radius;
             lflare_instance *instance = &f->instances[f->instance_count];
             if (l->slope_length >= c->hidden_slope || fabsf(x) > f->half_width + r || fabsf(y) > f->half_height + r) continue;
-            if (f->instance_count == f->instance_capacity) return LFLARE_ERROR_LIMIT;
-            instance->ghost = (uint16_t)c->ghost;
-            instance->light = (uint16_t)f->light_count;
-            instance->patch = instance->band = 0;
-            f->instance_count++;
+            if (f->instance_capacity - f->instance_count < c->patches) return LFLARE_ERROR_LIMIT;
+            for (k = 0; k < c->patches; k++, instance++) {
+                instance->ghost = (uint16_t)c->ghost;
+                instance->light = (uint16_t)f->light_count;
+                instance->patch = (uint16_t)k;
+                instance->band = 0;
+            }
+            f->instance_count += c->patches;
             budget--;
         }
         f->light_count++;
@@ -3385,6 +4954,149 @@ LFLARE_API int32_t lflare_footprint_resolve(const lflare_tables *t, const lflare
     return lit > 0;
 }
 
+#ifndef LFLARE_NO_ABERRATION
+/* -- patches of meshes -- */
+
+/* A mesh at the light's field angle. */
+typedef struct lflare__mesh_view {
+    const float *first;       /* knot that `share` begins with, its vertices */
+    size_t knot, row;         /* floats from knot to knot, ring to ring */
+    float share[4], knots[4 * LFLARE__MESH_KNOT_TEXELS]; /* what a knot says of the whole, interpolated */
+    int32_t rings, directions;
+} lflare__mesh_view;
+
+static int lflare__mesh_view_make(const lflare_tables *t, int32_t g, int32_t mesh, float angle, lflare__mesh_view *v)
+{
+    const float *head = t->mesh_head + (size_t)g * LFLARE_MESH_HEAD_FLOATS, *knot;
+    float at;
+    int32_t first, i, k;
+    if (!(angle < head[4])) return 0;
+    first = lflare__cubic_shares(lflare__knot_of(angle, head[4]), LFLARE__KNOTS, v->share);
+    v->directions = (int32_t)head[1];
+    v->rings = (int32_t)head[2];
+    v->knot = 4 * (size_t)head[7];
+    v->row = (size_t)(v->directions + 1) * LFLARE__MESH_FLOATS;
+    knot = t->mesh + 4 * (size_t)head[0] + ((size_t)mesh * LFLARE__KNOTS + (size_t)first) * v->knot;
+    v->first = knot + 4 * LFLARE__MESH_KNOT_TEXELS;
+    at = lflare__knot_of(angle, head[4]) - (float)first;
+    i = (int32_t)lflare__minf(at, 2); /* linearly, so that what is positive stays so */
+    for (k = 0; k < 4 * LFLARE__MESH_KNOT_TEXELS; k++) {
+        float a = knot[(size_t)i * v->knot + (size_t)k], b = knot[((size_t)i + 1) * v->knot + (size_t)k];
+        v->knots[k] = a + (at - (float)i) * (b - a);
+    }
+    return 1;
+}
+
+/* All floats of a vertex of the table. */
+static void lflare__mesh_vertex_at(const lflare__mesh_view *v, int32_t ring, int32_t direction, float *out)
+{
+    const float *at = v->first + (size_t)ring * v->row + (size_t)direction * LFLARE__MESH_FLOATS;
+    int32_t k;
+    for (k = 0; k < LFLARE__MESH_FLOATS; k++)
+        out[k] = v->share[0] * at[k] + v->share[1] * at[v->knot + (size_t)k] + v->share[2] * at[2 * v->knot + (size_t)k] + v->share[3] * at[3 * v->knot + (size_t)k];
+}
+
+/* What all vertices of a patch share. */
+typedef struct lflare__patch_shape {
+    const lflare_frame_light *light;
+    const float *style;
+    float size, gain, shift[2], middle; /* enlargement about `middle` (of the mirror plane) of ghosts smaller than a pixel; mm */
+    float grid;               /* variance of a pixel, mm^2 */
+} lflare__patch_shape;
+
+/* Width over which an edge fades that a lamp of one radian would blur by `lamp` mm. */
+static float lflare__patch_soft(const lflare__patch_shape *p, float lamp)
+{
+    lamp *= p->light->angular_radius * p->style[3];
+    return sqrtf(5 * (p->grid + 0.25f * lamp * lamp));
+}
+
+/* The vertex `rho` of the way from the centre to the outline, which may be beyond. */
+static void lflare__patch_vertex(const lflare__mesh_view *v, const lflare__patch_shape *p, float rho, int32_t direction, float side, lflare_patch_vertex *out)
+{
+    float a[LFLARE__MESH_FLOATS], b[LFLARE__MESH_FLOATS], at = rho * (float)v->rings, f, x, y;
+    int32_t ring = (int32_t)lflare__minf(at, (float)(v->rings - 1)), k;
+    lflare__mesh_vertex_at(v, ring, direction, a);
+    lflare__mesh_vertex_at(v, ring + 1, direction, b);
+    f = at - (float)ring;
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++)
+        out->irradiance[k] = lflare__maxf(a[2 + k] + lflare__minf(f, 1) * (b[2 + k] - a[2 + k]), 0) * p->gain * p->light->irradiance[k] * p->style[k];
+    x = p->middle + p->size * (a[0] + f * (b[0] - a[0]) - p->middle);
+    y = p->size * side * (a[1] + f * (b[1] - a[1]));
+    out->position[0] = x * p->light->axis[0] - y * p->light->axis[1] + p->shift[0];
+    out->position[1] = x * p->light->axis[1] + y * p->light->axis[0] + p->shift[1];
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
+        x = a[8 + 2 * k] + f * (b[8 + 2 * k] - a[8 + 2 * k]);
+        y = side * (a[9 + 2 * k] + f * (b[9 + 2 * k] - a[9 + 2 * k]));
+        out->iris[k][0] = x * p->light->axis[0] - y * p->light->axis[1];
+        out->iris[k][1] = x * p->light->axis[1] + y * p->light->axis[0];
+        out->rim[k] = a[5 + k] + f * (b[5 + k] - a[5 + k]);
+    }
+    out->rim_soft = lflare__patch_soft(p, a[14] + lflare__minf(f, 1) * (b[14] - a[14]));
+}
+
+/* From where to where the rim reaches in a direction, its soft edges included. */
+static void lflare__patch_band(const lflare__mesh_view *v, const lflare__patch_shape *p, float iris_soft, int32_t direction, float *begin, float *end)
+{
+    float edge[LFLARE__MESH_FLOATS], in[LFLARE__MESH_FLOATS], soft, along;
+    lflare__mesh_vertex_at(v, v->rings, direction, edge);
+    lflare__mesh_vertex_at(v, v->rings - 1, direction, in);
+    soft = 1.1f * lflare__maxf(iris_soft, lflare__patch_soft(p, edge[14]));
+    in[0] -= edge[0];
+    in[1] -= edge[1];
+    along = sqrtf(in[0] * in[0] + in[1] * in[1]) * (float)v->rings; /* no more than 4 times the width where the outline runs along a caustic */
+    soft /= p->size * lflare__maxf(lflare__maxf(in[15], 0.25f * along), 1e-9f);
+    *begin = lflare__maxf(edge[15] - soft - 0.01f, 0);
+    *end = 1 + soft;
+}
+
+LFLARE_API int32_t lflare_patch_resolve(const lflare_tables *t, const lflare_frame_data *f, lflare_instance instance, lflare_patch *out)
+{
+    const lflare_frame_light *l = &f->lights[instance.light];
+    const float *head = t->mesh_head + (size_t)instance.ghost * LFLARE_MESH_HEAD_FLOATS;
+    int32_t sectors = (int32_t)head[1] / 4, blocks = (int32_t)head[2] / 4, mesh = instance.patch / (sectors * blocks), block = instance.patch / sectors % blocks, i, k, ragged;
+    lflare__mesh_view v;
+    lflare__patch_shape p;
+    float least, lamp, spread, size2, centre[LFLARE__MESH_FLOATS];
+    if (!lflare__mesh_view_make(t, instance.ghost, mesh, l->field_angle, &v)) return 0;
+    p.light = l;
+    p.style = t->style + (size_t)instance.ghost * LFLARE_STYLE_FLOATS;
+    p.grid = LFLARE__PIXEL_VARIANCE * f->pixel * f->pixel;
+    out->iris_soft = lflare__patch_soft(&p, v.knots[1]);
+    lamp = v.knots[1] * l->angular_radius;
+    size2 = lflare__maxf(v.knots[0] * v.knots[0], 1e-12f);
+    spread = head[3] / lflare__maxf(v.knots[2], 1e-6f);
+    least = f->pixel * f->pixel + lflare__minf(spread * spread, size2) + lamp * lamp;
+    p.size = p.style[3] * sqrtf(lflare__maxf(least / size2, 1));
+    p.gain = p.style[3] * p.style[3] / (p.size * p.size);
+    size2 *= p.size * p.size;
+    lamp *= p.style[3];
+    p.gain *= size2 / lflare__soft_size2(size2, p.grid + 0.25f * lamp * lamp);
+    lflare__mesh_vertex_at(&v, 0, 0, centre);
+    p.middle = centre[0];
+    p.shift[0] = t->efl * (p.style[4] * l->slope[0] - p.style[5] * l->slope[1]);
+    p.shift[1] = t->efl * (p.style[4] * l->slope[1] + p.style[5] * l->slope[0]);
+    ragged = (int32_t)head[5] >> mesh & 1;
+    for (i = 0; i < LFLARE_PATCH_DIRECTIONS; i++) {
+        int32_t direction = instance.patch % sectors * (LFLARE_PATCH_DIRECTIONS - 1) + i;
+        float side = direction > v.directions ? -1.0f : 1.0f, begin, end;
+        if (direction > v.directions) direction = 2 * v.directions - direction;
+        lflare__patch_band(&v, &p, out->iris_soft, direction, &begin, &end);
+        if (ragged) { /* the rim is everywhere, and every block has its part */
+            begin = (float)block / (float)blocks * end;
+            end *= (float)(block + 1) / (float)blocks;
+        }
+        for (k = 0; k < LFLARE_PATCH_RINGS; k++)
+            lflare__patch_vertex(&v, &p, ragged ? 0 : begin * (float)(block * (LFLARE_PATCH_RINGS - 1) + k) / (float)v.rings, direction, side, &out->inside[k][i]);
+        for (k = 0; k < LFLARE_PATCH_BANDS; k++)
+            lflare__patch_vertex(&v, &p, begin + (end - begin) * (float)k / (LFLARE_PATCH_BANDS - 1), direction, side, &out->rim[k][i]);
+    }
+    out->rimmed = ragged || block == blocks - 1;
+    return 1;
+}
+
+#endif /* LFLARE_NO_ABERRATION */
+
 /* The two edges that cut most at a point, with their inward normals. */
 typedef struct lflare__cuts {
     float c[2], nx[2], ny[2];
@@ -3453,7 +5165,7 @@ LFLARE_API float lflare_footprint_coverage(const lflare_footprint *fp, int32_t c
     return lflare__coverage(fp, channel, iris, x - fp->centre[channel][0], y - fp->centre[channel][1]);
 }
 
-/* >> 12 software */
+/* >> 13 software */
 #ifndef LFLARE_NO_SOFTWARE
 /* Row by row, every footprint is an intersection of convex edges, so on a row it is one span. The part where nothing is cut
    is entered as two numbers, +irradiance where it begins and -irradiance where it ends, and summed once per row: the cost
@@ -3724,6 +5436,176 @@ LFLARE_API lflare_result lflare_software_rows(const lflare_footprint *footprints
     return LFLARE_OK;
 }
 
+#ifndef LFLARE_NO_ABERRATION
+/* -- patches -- */
+
+/* A quantity over a triangle, linear: at its first corner, and per pixel. */
+typedef struct lflare__plane {
+    float at, dx, dy;
+} lflare__plane;
+
+/* A triangle in pixels from the top left corner. */
+typedef struct lflare__triangle {
+    double x[3], y[3], twice_area;
+    lflare__plane irradiance[3], iris[3][2], rim[3], rim_soft;
+} lflare__triangle;
+
+/* Where a side crosses the middle of a row: the same to the bit whichever of its two triangles asks. */
+static double lflare__side_at(const lflare__triangle *t, int32_t i, int32_t j, double y)
+{
+    if (t->y[i] > t->y[j] || (t->y[i] == t->y[j] && t->x[i] > t->x[j])) {
+        int32_t swap = i;
+        i = j;
+        j = swap;
+    }
+    return t->x[i] + (y - t->y[i]) * (t->x[j] - t->x[i]) / (t->y[j] - t->y[i]);
+}
+
+/* Pixels of a row whose middles lie within: begin <= x < end, so that neighbours share none and leave none. */
+static void lflare__triangle_span(const lflare__triangle *t, double y, int32_t width, int32_t *begin, int32_t *end)
+{
+    double lo = 1e9, hi = -1e9;
+    int32_t i;
+    for (i = 0; i < 3; i++) {
+        int32_t j = (i + 1) % 3;
+        if ((t->y[i] <= y) != (t->y[j] <= y)) {
+            double x = lflare__side_at(t, i, j, y);
+            lo = lflare__min(lo, x);
+            hi = lflare__max(hi, x);
+        }
+    }
+    *begin = (int32_t)lflare__clamp(ceil(lo - 0.5), 0, width);
+    *end = (int32_t)lflare__clamp(ceil(hi - 0.5), 0, width);
+}
+
+static lflare__plane lflare__plane_make(const lflare__triangle *t, float a, float b, float c)
+{
+    lflare__plane p;
+    double x1 = t->x[1] - t->x[0], y1 = t->y[1] - t->y[0], x2 = t->x[2] - t->x[0], y2 = t->y[2] - t->y[0], u = (double)(b - a), v = (double)(c - a);
+    p.at = a;
+    p.dx = (float)((u * y2 - v * y1) / t->twice_area);
+    p.dy = (float)((v * x1 - u * x2) / t->twice_area);
+    return p;
+}
+
+static float lflare__plane_at(const lflare__plane *p, float x, float y) { return p->at + p->dx * x + p->dy * y; }
+
+/* An edge where the height, `over` beyond it, grows by (gx, gy) a pixel. */
+static void lflare__cut_slope(lflare__cuts *cuts, float over, float gx, float gy, float soft)
+{
+    float g = lflare__maxf(sqrtf(gx * gx + gy * gy), 1e-20f), t = -over / (soft * g);
+    if (t < 1) lflare__cut(cuts, lflare_edge_coverage(t), -gx / g, -gy / g);
+}
+
+/* The iris's edge: a circle of `radius` about -(ox, oy), or with a radius of 0 the line n.h = distance. */
+static void lflare__cut_iris(lflare__cuts *cuts, const lflare__plane *h, const lflare_blade *b, float hx, float hy, float soft)
+{
+    if (b->arc > 0) {
+        float length, inv;
+        hx += b->nx * b->distance;
+        hy += b->ny * b->distance;
+        length = sqrtf(hx * hx + hy * hy);
+        inv = 1 / lflare__maxf(length, 1e-20f);
+        lflare__cut_slope(cuts, length - b->arc, (hx * h[0].dx + hy * h[1].dx) * inv, (hx * h[0].dy + hy * h[1].dy) * inv, soft);
+    } else {
+        lflare__cut_slope(cuts, b->nx * hx + b->ny * hy - b->distance, b->nx * h[0].dx + b->ny * h[1].dx, b->nx * h[0].dy + b->ny * h[1].dy, soft);
+    }
+}
+
+/* Share of light of a channel at a pixel (x, y) from the first corner; soft widths in pixels. */
+static float lflare__rim_coverage(const lflare__triangle *t, int32_t k, float iris_soft, const lflare_iris *iris, float x, float y)
+{
+    static const lflare_blade round = {0, 0, 0, 1};
+    lflare__cuts cuts = {{1, 1}, {0, 0}, {0, 0}};
+    float hx = lflare__plane_at(&t->iris[k][0], x, y), hy = lflare__plane_at(&t->iris[k][1], x, y);
+    int32_t i;
+    for (i = 0; i < iris->blade_count; i++) lflare__cut_iris(&cuts, t->iris[k], &iris->blades[i], hx, hy, iris_soft);
+    if (iris->blade_count == 0) lflare__cut_iris(&cuts, t->iris[k], &round, hx, hy, iris_soft);
+    lflare__cut_slope(&cuts, lflare__plane_at(&t->rim[k], x, y) - 1, t->rim[k].dx, t->rim[k].dy, lflare__plane_at(&t->rim_soft, x, y));
+    return lflare__both(&cuts);
+}
+
+/* Corners to pixels; 0 if nothing is lit. */
+static int lflare__triangle_make(const lflare_patch_vertex *const *v, const lflare_frame_data *f, int rim, lflare__triangle *t)
+{
+    float lit = 0;
+    int32_t i, k;
+    for (i = 0; i < 3; i++) {
+        t->x[i] = 0.5 * f->width * (1 - ((double)v[i]->position[0] - (double)f->centre[0]) / (double)f->half_width);
+        t->y[i] = 0.5 * f->height * (1 + ((double)v[i]->position[1] - (double)f->centre[1]) / (double)f->half_height);
+        for (k = 0; k < 3; k++) lit = lflare__maxf(lit, v[i]->irradiance[k]);
+    }
+    t->twice_area = (t->x[1] - t->x[0]) * (t->y[2] - t->y[0]) - (t->x[2] - t->x[0]) * (t->y[1] - t->y[0]);
+    if (!(lit > 0) || !(fabs(t->twice_area) > 1e-12) || !lflare__finite(t->twice_area)) return 0;
+    for (k = 0; k < 3; k++) {
+        t->irradiance[k] = lflare__plane_make(t, v[0]->irradiance[k], v[1]->irradiance[k], v[2]->irradiance[k]);
+        if (!rim) continue;
+        for (i = 0; i < 2; i++) t->iris[k][i] = lflare__plane_make(t, v[0]->iris[k][i], v[1]->iris[k][i], v[2]->iris[k][i]);
+        t->rim[k] = lflare__plane_make(t, v[0]->rim[k], v[1]->rim[k], v[2]->rim[k]);
+    }
+    if (rim) t->rim_soft = lflare__plane_make(t, v[0]->rim_soft / f->pixel, v[1]->rim_soft / f->pixel, v[2]->rim_soft / f->pixel);
+    return 1;
+}
+
+/* One triangle on rows begin <= row < end; iris_soft 0: it lies quite inside. */
+static void lflare__triangle_draw(const lflare_patch_vertex *const *v, const lflare_frame_data *f, const lflare_iris *iris, float iris_soft,
+                                  const lflare_image *image, int32_t begin, int32_t end)
+{
+    ptrdiff_t stride = image->stride != 0 ? image->stride : (ptrdiff_t)4 * image->width;
+    lflare__triangle t;
+    double top, bottom;
+    int32_t row, x, from, to, k;
+    if (!lflare__triangle_make(v, f, iris_soft > 0, &t)) return;
+    top = lflare__min(t.y[0], lflare__min(t.y[1], t.y[2]));
+    bottom = lflare__max(t.y[0], lflare__max(t.y[1], t.y[2]));
+    begin = (int32_t)lflare__clamp(ceil(top - 0.5), begin, end);
+    end = (int32_t)lflare__clamp(ceil(bottom - 0.5), begin, end);
+    for (row = begin; row < end; row++) {
+        float *pixels = image->pixels + stride * (image->bottom_up ? image->height - 1 - row : row), y = (float)(row + 0.5 - t.y[0]);
+        lflare__triangle_span(&t, row + 0.5, image->width, &from, &to);
+        for (x = from; x < to; x++) {
+            float at = (float)(x + 0.5 - t.x[0]);
+            for (k = 0; k < 3; k++) {
+                float e = lflare__maxf(lflare__plane_at(&t.irradiance[k], at, y), 0);
+                if (iris_soft > 0 && e > 0) e *= lflare__rim_coverage(&t, k, iris_soft, iris, at, y);
+                pixels[(ptrdiff_t)4 * x + k] += e;
+            }
+        }
+    }
+}
+
+static void lflare__quads_draw(const lflare_patch_vertex *a, const lflare_patch_vertex *b, const lflare_frame_data *f, const lflare_iris *iris, float iris_soft,
+                               const lflare_image *image, int32_t begin, int32_t end)
+{
+    int32_t i;
+    for (i = 0; i + 1 < LFLARE_PATCH_DIRECTIONS; i++) {
+        const lflare_patch_vertex *v[4];
+        v[0] = &a[i];
+        v[1] = &b[i];
+        v[2] = &a[i + 1];
+        v[3] = &b[i + 1];
+        lflare__triangle_draw(v, f, iris, iris_soft, image, begin, end);
+        lflare__triangle_draw(v + 1, f, iris, iris_soft, image, begin, end);
+    }
+}
+
+LFLARE_API lflare_result lflare_software_patches(const lflare_tables *t, const lflare_frame_data *f, const lflare_image *image, int32_t begin, int32_t end)
+{
+    lflare_patch patch;
+    int32_t i, k;
+    if (t == NULL || f == NULL || image == NULL || image->pixels == NULL || t->mesh == NULL) return LFLARE_ERROR_ARGUMENT;
+    if (image->width != f->width || image->height != f->height || begin < 0 || end > image->height) return LFLARE_ERROR_ARGUMENT;
+    for (i = 0; i < f->instance_count; i++) {
+        if (!lflare_patch_resolve(t, f, f->instances[i], &patch)) continue;
+        for (k = 0; k + 1 < LFLARE_PATCH_RINGS; k++) lflare__quads_draw(patch.inside[k], patch.inside[k + 1], f, &t->iris, 0, image, begin, end);
+        for (k = 0; k + 1 < LFLARE_PATCH_BANDS && patch.rimmed; k++)
+            lflare__quads_draw(patch.rim[k], patch.rim[k + 1], f, &t->iris, patch.iris_soft / f->pixel, image, begin, end);
+    }
+    return LFLARE_OK;
+}
+
+#endif /* LFLARE_NO_ABERRATION */
+
 LFLARE_API void lflare_to_rgb8(const float *rgba, size_t count, float gain, int32_t srgb, uint8_t *out)
 {
     size_t i;
@@ -3738,7 +5620,7 @@ LFLARE_API void lflare_to_rgb8(const float *rgba, size_t count, float gain, int3
 }
 #endif /* LFLARE_NO_SOFTWARE */
 
-/* >> 13 gl */
+/* >> 14 gl */
 #ifndef LFLARE_NO_GL
 /* No GL header: names, constants and functions are private. Every function comes from the caller's loader. */
 
@@ -3832,11 +5714,13 @@ enum {
     LFLARE__GL_LENS_TEXELS = 4 + 3 * LFLARE_MAX_RIMS,
     LFLARE__GL_SETTINGS_TEXELS = 2 * LFLARE_FIELD_SAMPLES + 2,
     LFLARE__GL_RING = 34,   /* vertices of a ghost's rim, of its inside */
-    LFLARE__GL_INSIDE = 18
+    LFLARE__GL_INSIDE = 18,
+    LFLARE__GL_PATCH_RIM = 20 * (LFLARE_PATCH_BANDS - 1) - 2, /* of a patch: rows of strips, joined */
+    LFLARE__GL_PATCH = 20 * (LFLARE_PATCH_RINGS - 1) - 2
 };
 
-enum { LFLARE__GL_RIM, LFLARE__GL_FILL, LFLARE__GL_STRIP, LFLARE__GL_ADD, LFLARE__GL_PROGRAMS };
-enum { LFLARE__GL_LENS, LFLARE__GL_SETTINGS, LFLARE__GL_STRIP_A, LFLARE__GL_STRIP_B, LFLARE__GL_HALF, LFLARE__GL_TEXTURES };
+enum { LFLARE__GL_RIM, LFLARE__GL_FILL, LFLARE__GL_STRIP, LFLARE__GL_ADD, LFLARE__GL_PATCHES, LFLARE__GL_PATCH_RIMS, LFLARE__GL_PROGRAMS };
+enum { LFLARE__GL_LENS, LFLARE__GL_SETTINGS, LFLARE__GL_STRIP_A, LFLARE__GL_STRIP_B, LFLARE__GL_HALF, LFLARE__GL_MESH, LFLARE__GL_MESH_HEADS, LFLARE__GL_TEXTURES };
 enum { LFLARE__GL_TO_STRIP_A, LFLARE__GL_TO_STRIP_B, LFLARE__GL_TO_HALF, LFLARE__GL_FRAMEBUFFERS };
 
 /* All state that is touched, in the order of its restoring. Capabilities: enum, who has it, what drawing needs (2: as the
@@ -3920,8 +5804,8 @@ struct lflare_gl {
     lflare__gluint programs[LFLARE__GL_PROGRAMS], textures[LFLARE__GL_TEXTURES], framebuffers[LFLARE__GL_FRAMEBUFFERS];
     lflare__gluint vertex_array, instances, uniforms, sampler;
     lflare__glint enlarge;                  /* location of a uniform */
-    uint64_t lens_hash, settings_hash;      /* of what was uploaded */
-    int32_t uploaded;                       /* bit 0: something of the lens, bit 1: of the settings */
+    uint64_t lens_hash, settings_hash, mesh_hash, heads_hash; /* of what was uploaded */
+    int32_t uploaded;                       /* bit 0: something of the lens, 1: of the settings, 2: meshes, 3: their heads */
     int32_t strip_lights, strip_now;        /* lights that the strip holds, which of the two strips */
     int32_t full_width, full_height;        /* of the half-size picture, when enlarged; 0 = none */
     int32_t half_empty, coarse;             /* nothing was drawn into it; it is RGB10_A2 */
@@ -3941,6 +5825,32 @@ static const char *const lflare__glsl_add_frag[] = {
     "out vec4 o_color;\n"
     "void main() { o_color = vec4(texture(u_half_picture, v_place * u_enlarge.xy).rgb * u_enlarge.z, 0.0); }\n"
     , NULL};
+static const char *const lflare__glsl_cuts[] = {
+    "vec3 c1, c2, nx1, ny1, nx2, ny2;\n"
+    "void uncut()\n"
+    "{\n"
+    "c1 = c2 = vec3(1.0);\n"
+    "nx1 = ny1 = nx2 = ny2 = vec3(0.0);\n"
+    "}\n"
+    "void cut(vec3 t, vec3 nx, vec3 ny)\n"
+    "{\n"
+    "t = clamp(t, -1.0, 1.0);\n"
+    "vec3 c = 0.5 + t * (0.75 - 0.25 * t * t);\n"
+    "bvec3 first = lessThan(c, c1), second = lessThan(c, c2);\n"
+    "c2 = mix(mix(c2, c, second), c1, first);\n"
+    "nx2 = mix(mix(nx2, nx, second), nx1, first);\n"
+    "ny2 = mix(mix(ny2, ny, second), ny1, first);\n"
+    "c1 = mix(c1, c, first);\n"
+    "nx1 = mix(nx1, nx, first);\n"
+    "ny1 = mix(ny1, ny, first);\n"
+    "}\n"
+    "vec3 within()\n"
+    "{\n"
+    "vec3 rho = clamp(nx1 * nx2 + ny1 * ny2, -1.0, 1.0), both = c1 * c2;\n"
+    "vec3 less = both - rho * (max(c1 + c2 - 1.0, 0.0) - both), more = both + rho * (c1 - both);\n"
+    "return mix(less, more, greaterThan(rho, vec3(0.0)));\n"
+    "}\n"
+    , NULL};
 static const char *const lflare__glsl_frame[] = {
     "layout(std140) uniform lflare_frame {\n"
     "vec4 u_half;\n"
@@ -3959,19 +5869,6 @@ static const char *const lflare__glsl_ghost_frag[] = {
     "#else\n"
     "flat in vec4 v_data[14];\n"
     "in vec2 v_position;\n"
-    "vec3 c1, c2, nx1, ny1, nx2, ny2;\n"
-    "void cut(vec3 t, vec3 nx, vec3 ny)\n"
-    "{\n"
-    "t = clamp(t, -1.0, 1.0);\n"
-    "vec3 c = 0.5 + t * (0.75 - 0.25 * t * t);\n"
-    "bvec3 first = lessThan(c, c1), second = lessThan(c, c2);\n"
-    "c2 = mix(mix(c2, c, second), c1, first);\n"
-    "nx2 = mix(mix(nx2, nx, second), nx1, first);\n"
-    "ny2 = mix(mix(ny2, ny, second), ny1, first);\n"
-    "c1 = mix(c1, c, first);\n"
-    "nx1 = mix(nx1, nx, first);\n"
-    "ny1 = mix(ny1, ny, first);\n"
-    "}\n"
     "void cut_circle(vec3 ax, vec3 ay, float radius, vec3 soft, vec3 side)\n"
     "{\n"
     "vec3 far = sqrt(ax * ax + ay * ay), inverse = -side / max(far, vec3(1e-20));\n"
@@ -3982,8 +5879,7 @@ static const char *const lflare__glsl_ghost_frag[] = {
     "vec2 axis = v_data[11].yz;\n"
     "int count = int(v_data[11].w), blades = int(u_spectrum.w);\n"
     "vec3 along = v_data[13].xyz, dx = position.x - along * axis.x, dy = position.y - along * axis.y;\n"
-    "c1 = c2 = vec3(1.0);\n"
-    "nx1 = ny1 = nx2 = ny2 = vec3(0.0);\n"
+    "uncut();\n"
     "for (int i = 0; i < count; i++) {\n"
     "vec4 g = v_data[i], o = v_data[5 + i];\n"
     "vec3 soft = vec3(g.w, o.w, i < 4 ? v_data[10][i] : v_data[11].x);\n"
@@ -3999,9 +5895,7 @@ static const char *const lflare__glsl_ghost_frag[] = {
     "else cut((b.z - b.x * ax - b.y * ay) / soft, -side * b.x, -side * b.y);\n"
     "}\n"
     "}\n"
-    "vec3 rho = clamp(nx1 * nx2 + ny1 * ny2, -1.0, 1.0), both = c1 * c2;\n"
-    "vec3 less = both - rho * (max(c1 + c2 - 1.0, 0.0) - both), more = both + rho * (c1 - both);\n"
-    "return mix(less, more, greaterThan(rho, vec3(0.0)));\n"
+    "return within();\n"
     "}\n"
     "void main()\n"
     "{\n"
@@ -4243,6 +6137,154 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "gl_Position = vec4(-(position + shift - u_half.zw) / u_half.xy, 0.0, 1.0);\n"
     "}\n"
     , NULL};
+static const char *const lflare__glsl_patch_frag[] = {
+    "out vec4 o_color;\n"
+    "in vec3 v_irradiance;\n"
+    "#ifndef PATCH_RIM\n"
+    "void main() { o_color = vec4(v_irradiance, 0.0); }\n"
+    "#else\n"
+    "in vec4 v_iris01;\n"
+    "in vec4 v_iris2;\n"
+    "in vec3 v_rim;\n"
+    "void cut_slope(vec3 over, vec3 gx, vec3 gy, float soft)\n"
+    "{\n"
+    "vec3 g = max(sqrt(gx * gx + gy * gy), vec3(1e-20));\n"
+    "cut(-over / (soft * g), -gx / g, -gy / g);\n"
+    "}\n"
+    "void main()\n"
+    "{\n"
+    "vec3 hx = vec3(v_iris01.xz, v_iris2.x), hy = vec3(v_iris01.yw, v_iris2.y);\n"
+    "vec3 xx = dFdx(hx), xy = dFdy(hx), yx = dFdx(hy), yy = dFdy(hy), rim_x = dFdx(v_rim), rim_y = dFdy(v_rim);\n"
+    "int blades = int(u_spectrum.w);\n"
+    "uncut();\n"
+    "for (int i = 0; i < max(blades, 1); i++) {\n"
+    "vec4 b = blades > 0 ? u_blades[i] : vec4(0.0, 0.0, 0.0, 1.0);\n"
+    "if (b.w > 0.0) {\n"
+    "vec3 ax = hx + b.x * b.z, ay = hy + b.y * b.z, far = sqrt(ax * ax + ay * ay), inverse = 1.0 / max(far, vec3(1e-20));\n"
+    "cut_slope(far - b.w, (ax * xx + ay * yx) * inverse, (ax * xy + ay * yy) * inverse, v_iris2.w);\n"
+    "} else {\n"
+    "cut_slope(b.x * hx + b.y * hy - b.z, b.x * xx + b.y * yx, b.x * xy + b.y * yy, v_iris2.w);\n"
+    "}\n"
+    "}\n"
+    "cut_slope(v_rim - 1.0, rim_x, rim_y, v_iris2.z);\n"
+    "o_color = vec4(v_irradiance * within(), 0.0);\n"
+    "}\n"
+    "#endif\n"
+    , NULL};
+static const char *const lflare__glsl_patch_vert[] = {
+    "uniform highp sampler2D u_mesh_table;\n"
+    "uniform highp sampler2D u_mesh_heads;\n"
+    "uniform highp usampler2D u_visibility;\n"
+    "invariant gl_Position;\n"
+    "in uvec4 a_instance;\n"
+    "const int KNOTS = 12, KNOT_TEXELS = 2, VERTEX_TEXELS = 4, DIRECTIONS = 9, RINGS = 5, BANDS = 3, HEADS_ROW = 1024, MESH_ROW = 2048;\n"
+    "const float PIXEL_VARIANCE = 0.715 * 0.715 / 5.0;\n"
+    "out vec3 v_irradiance;\n"
+    "#ifdef PATCH_RIM\n"
+    "out vec4 v_iris01, v_iris2;\n"
+    "out vec3 v_rim;\n"
+    "#endif\n"
+    "vec4 head(int i) { return texelFetch(u_mesh_heads, ivec2(i % HEADS_ROW, i / HEADS_ROW), 0); }\n"
+    "vec4 mesh(int i) { return texelFetch(u_mesh_table, ivec2(i % MESH_ROW, i / MESH_ROW), 0); }\n"
+    "int g_knot, g_size;\n"
+    "int g_rings, g_directions;\n"
+    "float g_lamp, g_share;\n"
+    "vec4 g_shares;\n"
+    "vec4 smooth_texel(int i)\n"
+    "{\n"
+    "i += g_knot;\n"
+    "return g_shares.x * mesh(i) + g_shares.y * mesh(i + g_size) + g_shares.z * mesh(i + 2 * g_size) + g_shares.w * mesh(i + 3 * g_size);\n"
+    "}\n"
+    "int vertex(int ring, int direction) { return KNOT_TEXELS + (ring * (g_directions + 1) + direction) * VERTEX_TEXELS; }\n"
+    "float soft(float lamp)\n"
+    "{\n"
+    "lamp *= g_lamp;\n"
+    "return sqrt(5.0 * (PIXEL_VARIANCE * u_lens.x * u_lens.x + 0.25 * lamp * lamp));\n"
+    "}\n"
+    "void main()\n"
+    "{\n"
+    "int ghost = int(a_instance.x) * 4, light = int(a_instance.y) * 4, patch_index = int(a_instance.z);\n"
+    "vec4 h0 = head(ghost), h1 = head(ghost + 1), style0 = head(ghost + 2), style1 = head(ghost + 3);\n"
+    "vec4 l0 = u_lights[light], l1 = u_lights[light + 1], l2 = u_lights[light + 2];\n"
+    "vec2 slope = l0.xy, axis = l0.zw;\n"
+    "vec3 irradiance = l2.yzw * u_strip.y;\n"
+    "int place = int(u_lights[light + 3].x);\n"
+    "gl_Position = vec4(2.0, 2.0, 0.0, 1.0);\n"
+    "v_irradiance = vec3(0.0);\n"
+    "#ifdef PATCH_RIM\n"
+    "v_iris01 = v_iris2 = vec4(1.0);\n"
+    "v_rim = vec3(1.0);\n"
+    "#endif\n"
+    "if (place < int(u_strip.x)) irradiance *= uintBitsToFloat(texelFetch(u_visibility, ivec2(place, 0), 0).r);\n"
+    "g_directions = int(h0.y);\n"
+    "g_rings = int(h0.z);\n"
+    "int sectors = g_directions / 4, blocks = g_rings / 4, mesh_index = patch_index / (sectors * blocks), block = patch_index / sectors % blocks;\n"
+    "bool ragged = (int(h1.y) >> mesh_index & 1) != 0;\n"
+    "#ifdef PATCH_RIM\n"
+    "bool drawn = ragged || block == blocks - 1;\n"
+    "#else\n"
+    "bool drawn = !ragged;\n"
+    "#endif\n"
+    "if (!(l1.y < h1.x) || !drawn || !(irradiance.x + irradiance.y + irradiance.z > 0.0)) return;\n"
+    "float at = (1.0 - sqrt(max(1.0 - l1.y / h1.x, 0.0))) * float(KNOTS - 1);\n"
+    "int first = clamp(int(at) - 1, 0, KNOTS - 4);\n"
+    "float f = at - float(first), scale = style0.w;\n"
+    "g_shares = vec4(-(f - 1.0) * (f - 2.0) * (f - 3.0) / 6.0, f * (f - 2.0) * (f - 3.0) / 2.0, -f * (f - 1.0) * (f - 3.0) / 2.0, f * (f - 1.0) * (f - 2.0) / 6.0);\n"
+    "g_size = int(h1.w);\n"
+    "g_knot = int(h0.x) + (mesh_index * KNOTS + first) * g_size;\n"
+    "g_lamp = l1.z * scale;\n"
+    "int between = int(min(f, 2.0));\n"
+    "vec4 whole = mix(mesh(g_knot + between * g_size), mesh(g_knot + (between + 1) * g_size), f - float(between));\n"
+    "float lamp = whole.y * l1.z, size2 = max(whole.x * whole.x, 1e-12), spread = h0.w / max(whole.z, 1e-6);\n"
+    "float least = u_lens.x * u_lens.x + min(spread * spread, size2) + lamp * lamp;\n"
+    ,
+    "float size = scale * sqrt(max(least / size2, 1.0)), gain = scale * scale / (size * size);\n"
+    "size2 *= size * size;\n"
+    "float wash = PIXEL_VARIANCE * u_lens.x * u_lens.x + 0.25 * g_lamp * g_lamp * whole.y * whole.y, wash5 = max(5.0 * wash, 1e-30);\n"
+    "float q = sqrt(size2 / wash5), wide = 2.0 * wash5 * (0.05 + q * (0.1875 + q * (0.25 + q * (0.125 - 0.0125 * q * q))));\n"
+    "gain *= size2 / (wash5 <= size2 ? size2 + wash : wide);\n"
+    "int row = gl_VertexID / 20, corner = gl_VertexID % 20, across = min(corner, 17) >> 1, along = row + (corner & 1);\n"
+    "if (corner == 18) along = row + 1;\n"
+    "if (corner == 19) across = 0;\n"
+    "int direction = patch_index % sectors * (DIRECTIONS - 1) + across;\n"
+    "float side = direction > g_directions ? -1.0 : 1.0;\n"
+    "if (direction > g_directions) direction = 2 * g_directions - direction;\n"
+    "int edge = vertex(g_rings, direction);\n"
+    "vec4 edge3 = smooth_texel(edge + 3);\n"
+    "float g_rate = smooth_texel(vertex(g_rings - 1, direction) + 3).w, iris_soft = soft(whole.y);\n"
+    "float run = length(smooth_texel(edge).xy - smooth_texel(vertex(g_rings - 1, direction)).xy) * float(g_rings);\n"
+    "float reach = 1.1 * max(iris_soft, soft(edge3.z));\n"
+    "reach /= size * max(max(g_rate, 0.25 * run), 1e-9);\n"
+    "float begin = max(edge3.w - reach - 0.01, 0.0), end = 1.0 + reach;\n"
+    "if (ragged) {\n"
+    "begin = float(block) / float(blocks) * end;\n"
+    "end *= float(block + 1) / float(blocks);\n"
+    "}\n"
+    "#ifdef PATCH_RIM\n"
+    "float rho = begin + (end - begin) * float(along) / float(BANDS - 1);\n"
+    "#else\n"
+    "float rho = begin * float(block * (RINGS - 1) + along) / float(g_rings);\n"
+    "#endif\n"
+    "rho *= float(g_rings);\n"
+    "int ring = int(min(rho, float(g_rings - 1))), a = vertex(ring, direction), b = vertex(ring + 1, direction);\n"
+    "f = rho - float(ring);\n"
+    "float g = min(f, 1.0);\n"
+    "vec4 a0 = smooth_texel(a), b0 = smooth_texel(b), t0 = mix(a0, b0, f), a1 = smooth_texel(a + 1), b1 = smooth_texel(b + 1);\n"
+    "v_irradiance = max(vec3(mix(a0.zw, b0.zw, g), mix(a1.x, b1.x, g)), vec3(0.0)) * gain * irradiance * style0.rgb;\n"
+    "float middle = smooth_texel(KNOT_TEXELS).x;\n"
+    "vec2 local = vec2(middle + size * (t0.x - middle), size * side * t0.y);\n"
+    "#ifdef PATCH_RIM\n"
+    "vec4 t2 = mix(smooth_texel(a + 2), smooth_texel(b + 2), f), a3 = smooth_texel(a + 3), b3 = smooth_texel(b + 3), t3 = mix(a3, b3, f);\n"
+    "mat2 turn = mat2(axis.x, axis.y, -axis.y * side, axis.x * side);\n"
+    "v_iris01 = vec4(turn * t2.xy, turn * t2.zw);\n"
+    "v_iris2 = vec4(turn * t3.xy, soft(mix(a3.z, b3.z, g)) / u_lens.x, iris_soft / u_lens.x);\n"
+    "v_rim = mix(a1.yzw, b1.yzw, f);\n"
+    "#endif\n"
+    "vec2 position = vec2(local.x * axis.x - local.y * axis.y, local.x * axis.y + local.y * axis.x);\n"
+    "position += u_lens.y * (style1.x * slope + style1.y * vec2(-slope.y, slope.x));\n"
+    "gl_Position = vec4(-(position - u_half.zw) / u_half.xy, 0.0, 1.0);\n"
+    "}\n"
+    , NULL};
 static const char *const lflare__glsl_screen_vert[] = {
     "out vec2 v_place;\n"
     "void main()\n"
@@ -4358,16 +6400,18 @@ static void lflare__gl_restore(const lflare_gl *o, const lflare__glstate *s)
 #undef LFLARE__GL_RESTORE
 }
 
-/* What the four programs are made of. */
+/* What the programs are made of; `cuts` goes before the fragment shader alone. */
 typedef struct lflare__gl_source {
-    const char *define, *const *shared, *const *vertex, *const *fragment, *block, *samplers[LFLARE__GL_UNITS];
+    const char *define, *const *shared, *const *vertex, *const *cuts, *const *fragment, *block, *samplers[LFLARE__GL_UNITS];
 } lflare__gl_source;
 
 static const lflare__gl_source lflare__gl_sources[LFLARE__GL_PROGRAMS] = {
-    {"#define RIM\n", lflare__glsl_frame, lflare__glsl_ghost_vert, lflare__glsl_ghost_frag, "lflare_frame", {"u_lens_table", "u_settings_table", "u_visibility"}},
-    {"#define INSIDE\n", lflare__glsl_frame, lflare__glsl_ghost_vert, lflare__glsl_ghost_frag, "lflare_frame", {"u_lens_table", "u_settings_table", "u_visibility"}},
-    {"", NULL, lflare__glsl_screen_vert, lflare__glsl_strip_frag, "lflare_strip", {"u_depth", "u_before", NULL}},
-    {"", NULL, lflare__glsl_screen_vert, lflare__glsl_add_frag, NULL, {"u_half_picture", NULL, NULL}}};
+    {"#define RIM\n", lflare__glsl_frame, lflare__glsl_ghost_vert, lflare__glsl_cuts, lflare__glsl_ghost_frag, "lflare_frame", {"u_lens_table", "u_settings_table", "u_visibility"}},
+    {"#define INSIDE\n", lflare__glsl_frame, lflare__glsl_ghost_vert, lflare__glsl_cuts, lflare__glsl_ghost_frag, "lflare_frame", {"u_lens_table", "u_settings_table", "u_visibility"}},
+    {"", NULL, lflare__glsl_screen_vert, NULL, lflare__glsl_strip_frag, "lflare_strip", {"u_depth", "u_before", NULL}},
+    {"", NULL, lflare__glsl_screen_vert, NULL, lflare__glsl_add_frag, NULL, {"u_half_picture", NULL, NULL}},
+    {"#define PATCH\n", lflare__glsl_frame, lflare__glsl_patch_vert, NULL, lflare__glsl_patch_frag, "lflare_frame", {"u_mesh_table", "u_mesh_heads", "u_visibility"}},
+    {"#define PATCH_RIM\n", lflare__glsl_frame, lflare__glsl_patch_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_mesh_table", "u_mesh_heads", "u_visibility"}}};
 
 static lflare_result lflare__gl_shader(lflare_gl *o, lflare__glenum kind, const lflare__gl_source *source, const lflare_gl_desc *desc, lflare_error *error,
                                        lflare__gluint *out)
@@ -4381,6 +6425,7 @@ static lflare_result lflare__gl_shader(lflare_gl *o, lflare__glenum kind, const 
     pieces[count++] = preludes[o->es];
     pieces[count++] = source->define;
     for (i = 0; source->shared != NULL && source->shared[i] != NULL; i++) pieces[count++] = source->shared[i];
+    for (i = 0; kind == 0x8B30 && source->cuts != NULL && source->cuts[i] != NULL; i++) pieces[count++] = source->cuts[i];
     for (i = 0; body[i] != NULL; i++) pieces[count++] = body[i];
     LFLARE_ASSERT(count <= 24);
     *out = gl->CreateShader(kind);
@@ -4607,11 +6652,36 @@ static lflare_result lflare__gl_upload_rows(lflare_gl *o, lflare__gluint texture
     return LFLARE_OK;
 }
 
+/* The meshes as they stand in the tables, whose rows of LFLARE__MESH_ROW texels are whole; their heads with the ghosts' style. */
+static lflare_result lflare__gl_upload_meshes(lflare_gl *o, const lflare_tables *t)
+{
+    lflare_result result;
+    if (!(o->uploaded & 4) || o->mesh_hash != t->mesh_hash) {
+        size_t lines = (t->mesh_texels + LFLARE__MESH_ROW - 1) / LFLARE__MESH_ROW;
+        if (lines > (size_t)o->max_size) return LFLARE_ERROR_LIMIT;
+        lflare__gl_unpack(o);
+        lflare__gl_texture(&o->api, o->textures[LFLARE__GL_MESH], &lflare__gl_rgba32f, LFLARE__MESH_ROW, (int32_t)lines, t->mesh);
+        o->mesh_hash = t->mesh_hash;
+        o->uploaded |= 4;
+    }
+    if (!(o->uploaded & 8) || o->heads_hash != t->settings_hash + t->mesh_hash) {
+        o->uploaded &= ~8;
+        lflare__gl_unpack(o);
+        result = lflare__gl_upload_rows(o, o->textures[LFLARE__GL_MESH_HEADS], t->ghost_count, (LFLARE_MESH_HEAD_FLOATS + LFLARE_STYLE_FLOATS) / 4, t->mesh_head,
+                                        LFLARE_MESH_HEAD_FLOATS, t->style, LFLARE_STYLE_FLOATS);
+        if (result != LFLARE_OK) return result;
+        o->heads_hash = t->settings_hash + t->mesh_hash;
+        o->uploaded |= 8;
+    }
+    return LFLARE_OK;
+}
+
 /* Whatever changed since the last draw. */
 static lflare_result lflare__gl_upload(lflare_gl *o, const lflare_tables *t)
 {
     lflare_result result;
     int lens = !(o->uploaded & 1) || o->lens_hash != t->lens_hash, settings = !(o->uploaded & 2) || o->settings_hash != t->settings_hash;
+    if (t->model == LFLARE_MODEL_POLYNOMIAL) return lflare__gl_upload_meshes(o, t);
     if (!lens && !settings) return LFLARE_OK;
     lflare__gl_unpack(o);
     if (lens) {
@@ -4702,19 +6772,21 @@ static void lflare__gl_own_viewport(const lflare__glapi *gl, int32_t width, int3
 }
 
 /* The block is filled, the target bound: both draws. */
-static void lflare__gl_ghosts(lflare_gl *o, const lflare_frame_data *f, size_t bytes)
+static void lflare__gl_ghosts(lflare_gl *o, const lflare_tables *t, const lflare_frame_data *f, size_t bytes)
 {
     const lflare__glapi *gl = &o->api;
+    int meshes = t->model == LFLARE_MODEL_POLYNOMIAL;
     lflare__gl_send_block(o, bytes);
-    lflare__gl_bind_texture(gl, 0, o->textures[LFLARE__GL_LENS], 0);
-    lflare__gl_bind_texture(gl, 1, o->textures[LFLARE__GL_SETTINGS], 0);
+    lflare__gl_bind_texture(gl, 0, o->textures[meshes ? LFLARE__GL_MESH : LFLARE__GL_LENS], 0);
+    lflare__gl_bind_texture(gl, 1, o->textures[meshes ? LFLARE__GL_MESH_HEADS : LFLARE__GL_SETTINGS], 0);
     lflare__gl_bind_texture(gl, 2, o->textures[LFLARE__GL_STRIP_A + o->strip_now], 0);
     gl->BindBuffer(0x8892, o->instances);
     gl->BufferData(0x8892, (ptrdiff_t)sizeof(lflare_instance) * f->instance_count, f->instances, 0x88E0);
-    gl->UseProgram(o->programs[LFLARE__GL_FILL]);
-    gl->DrawArraysInstanced(0x0006, 0, LFLARE__GL_INSIDE, f->instance_count); /* fans */
-    gl->UseProgram(o->programs[LFLARE__GL_RIM]);
-    gl->DrawArraysInstanced(0x0005, 0, LFLARE__GL_RING, f->instance_count); /* strips */
+    gl->UseProgram(o->programs[meshes ? LFLARE__GL_PATCHES : LFLARE__GL_FILL]);
+    if (meshes) gl->DrawArraysInstanced(0x0005, 0, LFLARE__GL_PATCH, f->instance_count); /* strips */
+    else gl->DrawArraysInstanced(0x0006, 0, LFLARE__GL_INSIDE, f->instance_count);       /* fans */
+    gl->UseProgram(o->programs[meshes ? LFLARE__GL_PATCH_RIMS : LFLARE__GL_RIM]);
+    gl->DrawArraysInstanced(0x0005, 0, meshes ? LFLARE__GL_PATCH_RIM : LFLARE__GL_RING, f->instance_count);
 }
 
 static lflare_result lflare__gl_valid(const lflare_gl *o, const lflare_tables *t, const lflare_frame_data *f)
@@ -4734,7 +6806,7 @@ LFLARE_API lflare_result lflare_gl_draw(lflare_gl *o, const lflare_tables *t, co
     result = lflare__gl_upload(o, t);
     if (result == LFLARE_OK) {
         lflare__gl_set_state(o);
-        lflare__gl_ghosts(o, f, lflare__gl_fill_frame(o, t, f));
+        lflare__gl_ghosts(o, t, f, lflare__gl_fill_frame(o, t, f));
     }
     if (!o->no_restore) lflare__gl_restore(o, &state);
     return result;
@@ -4808,7 +6880,7 @@ LFLARE_API lflare_result lflare_gl_draw_half(lflare_gl *o, const lflare_tables *
         lflare__gl_set_state(o);
         lflare__gl_own_viewport(&o->api, (f->width + 1) / 2, (f->height + 1) / 2);
         o->api.ClearBufferfv(0x1800, 0, black); /* colour */
-        lflare__gl_ghosts(o, f, bytes);
+        lflare__gl_ghosts(o, t, f, bytes);
     }
     if (!o->no_restore) lflare__gl_restore(o, &state);
     return result;
@@ -4916,7 +6988,7 @@ LFLARE_API lflare_result lflare_gl_occlusion(lflare_gl *o, const lflare_light *l
 
 #endif /* LFLARE_NO_GL */
 
-/* >> 14 object */
+/* >> 15 object */
 
 struct lflare {
     lflare_realloc allocate;
@@ -4956,24 +7028,40 @@ LFLARE_API void lflare_destroy(lflare *o)
     o->allocate(o->user, o, sizeof *o, 0);
 }
 
-/* Everything behind the object itself; what was allocated so far is released by lflare_destroy. */
-static lflare_result lflare__create_tables(lflare *o, int32_t max_lights, lflare_error *error)
+/* Of one light: ghosts, or the patches of their meshes. */
+static int32_t lflare__most_instances(const lflare_lens *lens, const uint8_t *fit)
 {
-    size_t lights = (size_t)max_lights, ghosts = (size_t)o->lens.ghost_count;
+    int32_t count = lens->ghost_count;
+#ifndef LFLARE_NO_ABERRATION
+    int32_t g;
+    for (g = 0; fit != NULL && g < lens->ghost_count; g++) {
+        lflare__fit_ghost ghost;
+        lflare__fit_ghost_read(fit, g, &ghost);
+        if (ghost.knots != NULL) count += lflare__mesh_patches(&ghost);
+    }
+#endif
+    (void)fit;
+    return count;
+}
+
+/* Everything behind the object itself; what was allocated so far is released by lflare_destroy. */
+static lflare_result lflare__create_tables(lflare *o, const void *fit, int32_t max_lights, lflare_error *error)
+{
+    size_t lights = (size_t)max_lights, instances = (size_t)lflare__most_instances(&o->lens, (const uint8_t *)fit);
     int32_t i;
     if (o->lens.ghost_count > 65535) return lflare__fail(error, LFLARE_ERROR_LIMIT, 0, 0, "%i ghosts; at most 65535", o->lens.ghost_count);
-    o->size = lflare_tables_layout(&o->lens, NULL, NULL, &o->tables[0]);
-    o->frame_bytes = lights * (sizeof(lflare_frame_light) + ghosts * sizeof(lflare_instance));
+    o->size = lflare_tables_layout(&o->lens, fit, NULL, NULL, &o->tables[0]);
+    o->frame_bytes = lights * (sizeof(lflare_frame_light) + instances * sizeof(lflare_instance));
     o->lens_memory = lflare__allocate(o, o->size.lens);
     for (i = 0; i < 2; i++) o->settings_memory[i] = lflare__allocate(o, o->size.settings);
     o->frame_memory = lflare__allocate(o, o->frame_bytes);
     if (o->lens_memory == NULL || o->settings_memory[0] == NULL || o->settings_memory[1] == NULL || o->frame_memory == NULL)
         return lflare__fail(error, LFLARE_ERROR_MEMORY, 0, 0, "out of memory");
-    for (i = 0; i < 2; i++) lflare_tables_layout(&o->lens, o->lens_memory, o->settings_memory[i], &o->tables[i]);
+    for (i = 0; i < 2; i++) lflare_tables_layout(&o->lens, fit, o->lens_memory, o->settings_memory[i], &o->tables[i]);
     o->frame.lights = (lflare_frame_light *)o->frame_memory;
     o->frame.light_capacity = max_lights;
     o->frame.instances = (lflare_instance *)(void *)((char *)o->frame_memory + lights * sizeof(lflare_frame_light));
-    o->frame.instance_capacity = (int32_t)(lights * ghosts);
+    o->frame.instance_capacity = (int32_t)(lights * instances);
     return lflare_tables_prepare(&o->lens, &o->tables[0], 0, o->lens.ghost_count);
 }
 
@@ -5000,7 +7088,14 @@ LFLARE_API lflare_result lflare_create(const lflare_desc *desc, lflare **out, lf
         result = lflare_text_read(desc->text, desc->text_size, &read, error);
         if (result == LFLARE_OK) result = lflare_lens_derive(&read, &o->lens, error);
     }
-    if (result == LFLARE_OK) result = lflare__create_tables(o, desc->max_lights > 0 ? desc->max_lights : 16, error);
+    if (result == LFLARE_OK && desc->fit != NULL) {
+#ifndef LFLARE_NO_ABERRATION
+        result = lflare_aberration_check(&o->lens, desc->fit, desc->fit_size, error);
+#else
+        result = lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "this build has LFLARE_NO_ABERRATION: it takes no fit");
+#endif
+    }
+    if (result == LFLARE_OK) result = lflare__create_tables(o, desc->fit, desc->max_lights > 0 ? desc->max_lights : 16, error);
     if (result == LFLARE_OK) result = lflare_configure(o, &desc->settings, error);
     if (result != LFLARE_OK) {
         lflare_destroy(o);
@@ -5082,7 +7177,7 @@ LFLARE_API lflare_result lflare_render_begin(lflare *o)
         o->footprint_capacity = o->frame.instance_capacity;
     }
     o->footprint_count = 0;
-    for (i = 0; i < o->frame.instance_count; i++)
+    for (i = 0; i < o->frame.instance_count && o->tables[o->current].model == LFLARE_MODEL_PARAXIAL; i++)
         o->footprint_count += lflare_footprint_resolve(&o->tables[o->current], &o->frame, o->frame.instances[i], &o->footprints[o->footprint_count]);
     return LFLARE_OK;
 }
@@ -5090,6 +7185,9 @@ LFLARE_API lflare_result lflare_render_begin(lflare *o)
 LFLARE_API lflare_result lflare_render_rows(const lflare *o, const lflare_image *image, int32_t begin, int32_t end)
 {
     if (o == NULL || image == NULL) return LFLARE_ERROR_ARGUMENT;
+#ifndef LFLARE_NO_ABERRATION
+    if (o->tables[o->current].model == LFLARE_MODEL_POLYNOMIAL) return lflare_software_patches(&o->tables[o->current], &o->frame, image, begin, end);
+#endif
     return lflare_software_rows(o->footprints, o->footprint_count, &o->tables[o->current].iris, &o->frame, image, begin, end);
 }
 
@@ -5160,7 +7258,7 @@ LFLARE_API lflare_result lflare_file_read(const char *path, lflare_realloc alloc
 #endif /* LENSFLARE_IMPLEMENTED */
 #endif /* LENSFLARE_IMPLEMENTATION */
 
-/* >> 15 licence */
+/* >> 16 licence */
 /*
    This software is available under two licences: choose whichever you prefer.
 

@@ -2,6 +2,9 @@
    `flare --help` lists the commands. Read 00_null.c first for the shortest use of the library, 02_own_renderer.c for
    drawing with code of your own. */
 
+#ifdef __linux__
+#define _XOPEN_SOURCE 700 /* realpath and clock_gettime, which C99 alone hides there; elsewhere this would hide more than it shows */
+#endif
 #define LENSFLARE_IMPLEMENTATION
 #include "lensflare.h"
 
@@ -13,6 +16,8 @@
 #ifdef _WIN32
 #include <io.h>
 #define isatty _isatty
+#else
+#include <sys/stat.h>
 #endif
 #ifdef FLARE_HAVE_PNG
 #include <png.h>
@@ -32,11 +37,15 @@ static const char help[] =
     "      'flare ghosts' lists it: every hit, its share of power, the sensor's point, the ray's fate (default: 587.5618 nm)\n"
     "  flare render  LENS -o OUT.png|OUT.pfm [--size WxH] [--angle AX,AY] [--fov DEG] [--fnumber N] [--blades N]\n"
     "                [--rotation DEG] [--curvature 0..1] [--radius MRAD] [--backend software|gl] [--ghosts-only]\n"
-    "                [--exposure EV] [--model paraxial|reference] [--wavelengths N] [--cells N]\n"
+    "                [--exposure EV] [--model paraxial|polynomial|reference] [--fit FILE] [--wavelengths N] [--cells N]\n"
     "      the flare of one light. PNG is tone-mapped; PFM holds linear multiples of the light's irradiance. --backend gl\n"
     "      needs no window: EGL draws, or else OSMesa (the environment's GL_HOST=egl or osmesa picks one)\n"
+    "      --model polynomial: aberrated ghosts, near enough to exact rays, from the fit in FILE, or from one made on the spot;\n"
+    "      with --fit it is the default, without it paraxial, the quick model of undistorted ghosts\n"
     "      --model reference: meshes of exact rays from a point of light, slow; N cells along a side of each ghost's entrance, or\n"
     "      finer and finer until two pictures agree to 52 dB; wavelengths 3 (650, 510, 475 nm) to 256 (400 to 700 nm, CIE 1931)\n"
+    "  flare fit     LENS -o FILE\n"
+    "      polynomials fitted to exact rays of every ghost, for 'flare render --fit' and for lflare_desc.fit: once per lens\n"
     "  flare diagram LENS -o OUT.svg [--ghost I,J] [--rays N] [--angle AX,AY]\n"
     "      the lens in cross-section, with N (default: 5) exact rays of the image and of the ghost I,J, its two mirrors and the\n"
     "      entrance heights that it takes; drawn in the plane of the axis and the light\n"
@@ -51,9 +60,27 @@ static const char help[] =
 
 /* ---- complaints ---- */
 
+/* What is being written, if anything: under another name, so that no half-written file is ever left under its own. */
+typedef struct output {
+    FILE *file;
+    const char *path;                /* as the user says it */
+    char target[4096], part[4096];   /* where its links lead; what is renamed to that, "" for a device or a pipe, written as it is */
+} output;
+
+static output unfinished;
+
+static void output_drop(void)
+{
+    if (unfinished.file == NULL) return;
+    fclose(unfinished.file);
+    unfinished.file = NULL;
+    if (unfinished.part[0] != 0) remove(unfinished.part);
+}
+
 static void complain(const char *format, ...)
 {
     va_list list;
+    output_drop();
     fputs("flare: ", stderr);
     va_start(list, format);
     vfprintf(stderr, format, list);
@@ -78,10 +105,59 @@ static void interrupt(int number)
     interrupted = 1;
 }
 
+static void watch_interrupts(void)
+{
+    signal(SIGINT, interrupt);
+    signal(SIGTERM, interrupt);
+}
+
 static void end_interrupted(void)
 {
+    output_drop();
     fputs("flare: interrupted; nothing was written\n", stderr);
     exit(130);
+}
+
+static double seconds(void)
+{
+#ifdef _WIN32
+    return (double)clock() / CLOCKS_PER_SEC; /* of the wall there */
+#else
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+#endif
+}
+
+/* Percents of long work, where someone looks. */
+typedef struct progress {
+    char what[32];
+    int terminal, shown;
+    double began;
+} progress;
+
+static void progress_begin(progress *p)
+{
+    p->terminal = isatty(2);
+    p->shown = -1;
+    p->began = seconds();
+    watch_interrupts();
+}
+
+static void progress_show(void *user, double done)
+{
+    progress *p = (progress *)user;
+    double spent = seconds() - p->began, left = done > 0 ? spent * (1 - done) / done : 0;
+    int percent = (int)(100 * done);
+    if (!p->terminal || percent == p->shown) return;
+    p->shown = percent;
+    fprintf(stderr, "\r%s: %d %%, about %.0f s left   ", p->what, percent, left);
+    fflush(stderr);
+}
+
+static void progress_end(const progress *p)
+{
+    if (p->terminal) fprintf(stderr, "\r%60s\r", "");
 }
 
 /* Standard output may be a full disk. */
@@ -96,7 +172,8 @@ static int finish(void)
 typedef struct options {
     const char *operands[2];
     int operand_count;
-    const char *out, *layers;
+    const char *out, *layers, *fit;
+    lflare_model model; /* AUTO where `reference` is set, too */
     int json, csv, ghosts_only, gl, reference, wavelengths, cells, has_radius, rays;
     int width, height, blades, ghost[2], has_ray;
     double ray[2], lambda;
@@ -147,6 +224,14 @@ static int second_choice(const char *option, const char *text, const char *first
     return strcmp(text, second) == 0;
 }
 
+static void read_model(options *o, const char *option, const char *text)
+{
+    o->reference = strcmp(text, "reference") == 0;
+    o->model = o->reference ? LFLARE_MODEL_AUTO : strcmp(text, "polynomial") == 0 ? LFLARE_MODEL_POLYNOMIAL : LFLARE_MODEL_PARAXIAL;
+    if (o->model == LFLARE_MODEL_PARAXIAL && strcmp(text, "paraxial") != 0)
+        complain("%s: 'paraxial', 'polynomial' or 'reference' was expected, not '%s'", option, text);
+}
+
 /* `allowed`: the command's options, each with blanks around it. */
 static options parse(int argc, char **argv, const char *allowed, int operands)
 {
@@ -176,7 +261,8 @@ static options parse(int argc, char **argv, const char *allowed, int operands)
         value = argv[i];
         if (strcmp(name, "-o") == 0) o.out = value;
         else if (strcmp(name, "--layers") == 0) o.layers = value;
-        else if (strcmp(name, "--model") == 0) o.reference = second_choice(name, value, "paraxial", "reference");
+        else if (strcmp(name, "--fit") == 0) o.fit = value;
+        else if (strcmp(name, "--model") == 0) read_model(&o, name, value);
         else if (strcmp(name, "--backend") == 0) o.gl = second_choice(name, value, "software", "gl");
         else if (strcmp(name, "--fov") == 0) o.fov = number(name, value, 0.01, 175);
         else if (strcmp(name, "--fnumber") == 0) o.fnumber = number(name, value, 0.1, 1000);
@@ -527,21 +613,38 @@ typedef struct picture {
     float *rgb; /* rows from the top */
 } picture;
 
-/* Written beside the target and renamed, so that no half-written file is left under its name. */
-typedef struct output {
-    FILE *file;
-    const char *path;
-    char part[4096];
-} output;
-
-static output output_open(const char *path)
+/* Where to write: fills target and part. */
+static void output_place(output *o)
 {
-    output o;
-    if (strlen(path) + 6 > sizeof o.part) complain("%s: the path is too long", path);
-    sprintf(o.part, "%s.part", path);
-    o.path = path;
-    o.file = fopen(o.part, "wb");
-    if (o.file == NULL) complain("%s: cannot be written: %s", path, strerror(errno));
+    const char *target = o->path;
+#ifndef _WIN32
+    struct stat there;
+    char *real = NULL;
+    if (stat(o->path, &there) == 0) {
+        if (S_ISDIR(there.st_mode)) complain("%s: cannot be written: %s", o->path, strerror(EISDIR));
+        if (!S_ISREG(there.st_mode)) return;
+        target = real = realpath(o->path, NULL); /* a link stays one */
+        if (real == NULL) complain("%s: cannot be written: %s", o->path, strerror(errno));
+    }
+#endif
+    if (strlen(target) + 6 > sizeof o->part) complain("%s: the path is too long", o->path);
+    sprintf(o->target, "%s", target);
+    sprintf(o->part, "%s.part", target);
+#ifndef _WIN32
+    free(real);
+#endif
+}
+
+/* Until output_close, whatever ends the program removes what was written. */
+static output *output_open(const char *path)
+{
+    output *o = &unfinished;
+    memset(o, 0, sizeof *o);
+    o->path = path;
+    output_place(o);
+    watch_interrupts();
+    o->file = fopen(o->part[0] != 0 ? o->part : path, "wb");
+    if (o->file == NULL) complain("%s: cannot be written: %s", path, strerror(errno));
     return o;
 }
 
@@ -555,15 +658,13 @@ static int replace(const char *from, const char *to)
 
 static void output_close(output *o)
 {
-    int bad = ferror(o->file);
-    if (interrupted) {
-        fclose(o->file);
-        remove(o->part);
-        end_interrupted();
-    }
-    if (fclose(o->file) != 0 || bad || replace(o->part, o->path) != 0) {
+    FILE *file = o->file;
+    int bad = ferror(file);
+    if (interrupted) end_interrupted();
+    o->file = NULL;
+    if (fclose(file) != 0 || bad || (o->part[0] != 0 && replace(o->part, o->target) != 0)) {
         int why = errno;
-        remove(o->part);
+        if (o->part[0] != 0) remove(o->part);
         complain("%s: cannot be written: %s", o->path, strerror(why));
     }
 }
@@ -571,11 +672,11 @@ static void output_close(output *o)
 static void write_pfm(const char *path, const picture *p)
 {
     static const uint16_t one = 1;
-    output o = output_open(path);
+    output *o = output_open(path);
     int y;
-    fprintf(o.file, "PF\n%d %d\n%s\n", p->width, p->height, *(const uint8_t *)&one ? "-1.0" : "1.0");
-    for (y = p->height - 1; y >= 0; y--) fwrite(p->rgb + (size_t)3 * (size_t)p->width * (size_t)y, sizeof(float) * 3, (size_t)p->width, o.file);
-    output_close(&o);
+    fprintf(o->file, "PF\n%d %d\n%s\n", p->width, p->height, *(const uint8_t *)&one ? "-1.0" : "1.0");
+    for (y = p->height - 1; y >= 0; y--) fwrite(p->rgb + (size_t)3 * (size_t)p->width * (size_t)y, sizeof(float) * 3, (size_t)p->width, o->file);
+    output_close(o);
 }
 
 static uint32_t crc_of(uint32_t crc, const uint8_t *bytes, size_t n)
@@ -616,17 +717,17 @@ static void write_png(const char *path, int width, int height, const uint8_t *rg
     uint8_t header[13] = {0}, *row;
     size_t bytes = (size_t)width * 3 + 1;
     uint32_t a = 1, b = 0;
-    output o;
+    output *o;
     int y;
     if (bytes > 65535) complain("%s: PNG is limited to 21844 pixels a row here; write a .pfm", path);
     o = output_open(path);
     row = (uint8_t *)allocate(bytes + 16, 1);
-    fwrite(signature, 1, 8, o.file);
+    fwrite(signature, 1, 8, o->file);
     put_be32(header, (uint32_t)width);
     put_be32(header + 4, (uint32_t)height);
     header[8] = 8; /* bits */
     header[9] = 2; /* RGB */
-    write_chunk(o.file, "IHDR", header, 13);
+    write_chunk(o->file, "IHDR", header, 13);
     for (y = 0; y < height; y++) {
         size_t i, n = 0;
         if (y == 0) { row[n++] = 0x78; row[n++] = 0x01; }
@@ -643,11 +744,11 @@ static void write_png(const char *path, int width, int height, const uint8_t *rg
         }
         n += bytes;
         if (y == height - 1) { put_be32(row + n, b << 16 | a); n += 4; }
-        write_chunk(o.file, "IDAT", row, (uint32_t)n);
+        write_chunk(o->file, "IDAT", row, (uint32_t)n);
     }
-    write_chunk(o.file, "IEND", row, 0);
+    write_chunk(o->file, "IEND", row, 0);
     free(row);
-    output_close(&o);
+    output_close(o);
 }
 
 static int ends_with(const char *text, const char *end)
@@ -783,35 +884,18 @@ static void set_wavelengths(reference_desc *d, int count)
         for (i = 0; i < count; i++) d->rgb[i][k] /= sum[k];
 }
 
-typedef struct progress {
-    int terminal, cells, shown;
-    time_t began;
-} progress;
-
-static void show_progress(void *user, double done)
-{
-    progress *p = (progress *)user;
-    double spent = difftime(time(NULL), p->began), left = done > 0 ? spent * (1 - done) / done : 0;
-    int percent = (int)(100 * done);
-    if (!p->terminal || percent == p->shown) return;
-    p->shown = percent;
-    fprintf(stderr, "\r%d cells a side: %d %%, about %.0f s left   ", p->cells, percent, left);
-    fflush(stderr);
-}
-
 /* One picture; ends the program if it was interrupted. */
 static void render_mesh(reference_desc *d, int cells, picture *p)
 {
     progress seen;
     int result;
-    seen.terminal = isatty(2);
-    seen.cells = d->cells = cells;
-    seen.shown = -1;
-    seen.began = time(NULL);
-    d->progress = show_progress;
+    progress_begin(&seen);
+    sprintf(seen.what, "%d cells a side", cells);
+    d->cells = cells;
+    d->progress = progress_show;
     d->user = &seen;
     result = reference_render(d, p->rgb);
-    if (seen.terminal) fprintf(stderr, "\r%60s\r", "");
+    progress_end(&seen);
     if (result == 0) end_interrupted();
     if (result < 0) complain("out of memory");
 }
@@ -863,8 +947,6 @@ static void render_reference(const lflare *flare, const options *o, const lflare
     d.stop = &interrupted;
     set_wavelengths(&d, o->wavelengths > 0 ? o->wavelengths : 3);
     p.rgb = (float *)allocate(count, 3 * sizeof(float));
-    signal(SIGINT, interrupt);
-    signal(SIGTERM, interrupt);
     if (o->cells == 0) {
         render_rounds(&d, &p);
     } else {
@@ -875,27 +957,144 @@ static void render_reference(const lflare *flare, const options *o, const lflare
     free(p.rgb);
 }
 
+/* ---- fits ---- */
+
+static int32_t fit_progress(void *user, int32_t done, int32_t count)
+{
+    progress_show(user, (double)done / count);
+    return interrupted;
+}
+
+/* A fit of the lens, from malloc; ends the program if it was interrupted. */
+static void *fit_lens(const char *path, const lflare_lens *lens, size_t *size, double *spent)
+{
+    lflare_aberration_desc desc = {0};
+    lflare_error error;
+    lflare_result result;
+    progress seen;
+    void *fit;
+    progress_begin(&seen);
+    strcpy(seen.what, "fitting");
+    desc.progress = fit_progress;
+    desc.user = &seen;
+    result = lflare_aberration_fit(lens, &desc, &fit, size, &error);
+    progress_end(&seen);
+    *spent = seconds() - seen.began;
+    if (result == LFLARE_INCOMPLETE) end_interrupted();
+    if (result != LFLARE_OK) complain("%s: %s", path, error.text);
+    return fit;
+}
+
+/* A file of `flare fit`, from malloc. lflare_file_read would do for all but the lenses of a thousand ghosts. */
+static void *read_fit(const char *path, const lflare_lens *lens, size_t *size)
+{
+    const size_t limit = (size_t)256 << 20;
+    FILE *file = fopen(path, "rb");
+    size_t room = 1 << 16;
+    char *fit = NULL;
+    lflare_error error;
+    if (file == NULL) complain("%s: %s", path, strerror(errno));
+    *size = 0;
+    do {
+        room *= 2;
+        if (room > limit) complain("%s: the file is larger than any fit", path);
+        fit = (char *)realloc(fit, room);
+        if (fit == NULL) complain("out of memory");
+        errno = 0;
+        *size += fread(fit + *size, 1, room - *size, file);
+    } while (*size == room);
+    if (ferror(file)) complain("%s: %s", path, strerror(errno));
+    fclose(file);
+    if (lflare_aberration_check(lens, fit, *size, &error) != LFLARE_OK) complain("%s: %s", path, error.text);
+    return fit;
+}
+
+static int command_fit(int argc, char **argv)
+{
+    static lflare_lens lens;
+    options o = parse(argc, argv, " -o ", 1);
+    double spent;
+    size_t size;
+    output *out;
+    void *fit;
+    if (o.out == NULL) complain("flare fit: say where the fit goes, with -o FILE");
+    if (ends_with(o.out, ".lens")) complain("%s: a lens would be lost; end the fit's name in .fit, say", o.out);
+    read_lens(o.operands[0], &lens);
+    out = output_open(o.out); /* first, so that the work has a place to go */
+    fit = fit_lens(o.operands[0], &lens, &size, &spent);
+    fwrite(fit, 1, size, out->file);
+    output_close(out);
+    free(fit);
+    /* what goes down a pipe is not followed by words */
+    fprintf(out->part[0] != 0 ? stdout : stderr, "%s: %d ghosts, %.0f bytes, %.2f s\n", o.out, (int)lens.ghost_count, (double)size, spent);
+    return finish();
+}
+
+/* The fit that the options call for, NULL for none. */
+static void *fit_for_render(const options *o, const lflare_lens *lens, size_t *size)
+{
+    double spent;
+    void *fit;
+    if (o->fit != NULL) return read_fit(o->fit, lens, size);
+    if (o->model != LFLARE_MODEL_POLYNOMIAL) return NULL;
+    fit = fit_lens(o->operands[0], lens, size, &spent);
+    if (isatty(2)) fprintf(stderr, "flare: %d ghosts fitted in %.2f s; 'flare fit' saves them for --fit\n", (int)lens->ghost_count, spent);
+    return fit;
+}
+
+/* ---- render ---- */
+
+static void check_render_options(const options *o)
+{
+    if (o->out == NULL) complain("flare render: say where the picture goes, with -o OUT.png or -o OUT.pfm");
+    if (!ends_with(o->out, ".png") && !ends_with(o->out, ".pfm")) complain("%s: a name ending in .png or .pfm was expected", o->out);
+    if (!o->reference && (o->wavelengths > 0 || o->cells > 0)) complain("%s belongs to --model reference", o->cells > 0 ? "--cells" : "--wavelengths");
+    if (o->reference && o->gl) complain("--model reference has no --backend gl");
+    if (o->fit != NULL && (o->reference || o->model == LFLARE_MODEL_PARAXIAL))
+        complain("--fit belongs to --model polynomial, not to --model %s", o->reference ? "reference" : "paraxial");
+}
+
+/* The image to the file, as its name says. */
+static void write_picture(const char *path, const lflare_image *image)
+{
+    size_t pixels = (size_t)image->width * (size_t)image->height, i;
+    picture p;
+    if (ends_with(path, ".png")) {
+        uint8_t *bytes = (uint8_t *)allocate(pixels, 3);
+        for (i = 0; i < 4 * pixels; i++) image->pixels[i] = 1 - expf(-image->pixels[i]); /* rolls highlights off */
+        lflare_to_rgb8(image->pixels, pixels, 1, 1, bytes);
+        write_png(path, image->width, image->height, bytes);
+        free(bytes);
+        return;
+    }
+    p.width = image->width;
+    p.height = image->height;
+    p.rgb = (float *)allocate(pixels, 3 * sizeof(float));
+    for (i = 0; i < pixels; i++) memcpy(p.rgb + 3 * i, image->pixels + 4 * i, 3 * sizeof(float));
+    write_pfm(path, &p);
+    free(p.rgb);
+}
+
 static int command_render(int argc, char **argv)
 {
     static lflare_lens lens;
     options o = parse(argc, argv,
                       " -o --size --angle --fov --fnumber --blades --rotation --curvature --radius --model --backend --ghosts-only --exposure "
-                      "--wavelengths --cells ", 1);
+                      "--wavelengths --cells --fit ", 1);
     lflare_desc desc = {0};
     lflare_view view = {0};
     lflare_light light = {0};
     lflare_image image = {0};
     lflare_error error;
     lflare *flare;
-    size_t pixels = (size_t)o.width * (size_t)o.height, i;
+    void *fit;
     int png, k;
-    if (o.out == NULL) complain("flare render: say where the picture goes, with -o OUT.png or -o OUT.pfm");
+    check_render_options(&o);
     png = ends_with(o.out, ".png");
-    if (!png && !ends_with(o.out, ".pfm")) complain("%s: a name ending in .png or .pfm was expected", o.out);
-    if (!o.reference && (o.wavelengths > 0 || o.cells > 0)) complain("%s belongs to --model reference", o.cells > 0 ? "--cells" : "--wavelengths");
-    if (o.reference && o.gl) complain("--model reference has no --backend gl");
     read_lens(o.operands[0], &lens);
     desc.prescription = &lens.prescription;
+    desc.fit = fit = fit_for_render(&o, &lens, &desc.fit_size);
+    desc.settings.model = o.model;
     desc.settings.fnumber = o.fnumber;
     desc.settings.blades = o.blades >= 0 ? o.blades : o.ghosts_only ? 0 : 6;
     desc.settings.blade_rotation = (float)(o.rotation * DEGREE);
@@ -914,28 +1113,15 @@ static int command_render(int argc, char **argv)
     light.angular_radius = (float)(o.radius * 1e-3);
     image.width = o.width;
     image.height = o.height;
-    image.pixels = (float *)allocate(pixels, 4 * sizeof(float));
+    image.pixels = (float *)allocate((size_t)o.width * (size_t)o.height, 4 * sizeof(float));
     if (lflare_frame(flare, &view, &light, 1) != LFLARE_OK) complain("%s: the frame cannot be drawn", o.operands[0]);
     if (o.reference) render_reference(flare, &o, &image);
     else if (o.gl) render_gl(flare, &image);
     else if (lflare_render(flare, &image) != LFLARE_OK) complain("%s: the frame cannot be drawn", o.operands[0]);
-    if (png) {
-        uint8_t *bytes = (uint8_t *)allocate(pixels, 3);
-        for (i = 0; i < 4 * pixels; i++) image.pixels[i] = 1 - expf(-image.pixels[i]); /* rolls highlights off */
-        lflare_to_rgb8(image.pixels, pixels, 1, 1, bytes);
-        write_png(o.out, o.width, o.height, bytes);
-        free(bytes);
-    } else {
-        picture p;
-        p.width = o.width;
-        p.height = o.height;
-        p.rgb = (float *)allocate(pixels, 3 * sizeof(float));
-        for (i = 0; i < pixels; i++) memcpy(p.rgb + 3 * i, image.pixels + 4 * i, 3 * sizeof(float));
-        write_pfm(o.out, &p);
-        free(p.rgb);
-    }
+    write_picture(o.out, &image);
     free(image.pixels);
     lflare_destroy(flare);
+    free(fit);
     return 0;
 }
 
@@ -949,7 +1135,7 @@ static int command_diagram(int argc, char **argv)
     double x = tan(o.ax * DEGREE), y = tan(o.ay * DEGREE);
     diagram_desc desc;
     lflare_pair pair;
-    output out;
+    output *out;
     if (o.out == NULL) complain("flare diagram: say where the drawing goes, with -o OUT.svg");
     if (!ends_with(o.out, ".svg")) complain("%s: a name ending in .svg was expected", o.out);
     read_lens(o.operands[0], &lens);
@@ -961,8 +1147,8 @@ static int command_diagram(int argc, char **argv)
     desc.slope = (y < 0 || (y == 0 && x < 0) ? 1 : -1) * hypot(x, y);
     desc.rays = o.rays;
     out = output_open(o.out);
-    diagram_write(out.file, &desc);
-    output_close(&out);
+    diagram_write(out->file, &desc);
+    output_close(out);
     return 0;
 }
 
@@ -1174,8 +1360,8 @@ int main(int argc, char **argv)
     static const struct {
         const char *name;
         int (*run)(int, char **);
-    } commands[] = {{"info", command_info},       {"ghosts", command_ghosts},   {"trace", command_trace},    {"render", command_render},
-                    {"diagram", command_diagram}, {"compare", command_compare}, {"coating", command_coating}};
+    } commands[] = {{"info", command_info}, {"ghosts", command_ghosts},   {"trace", command_trace},     {"render", command_render},
+                    {"fit", command_fit},   {"diagram", command_diagram}, {"compare", command_compare}, {"coating", command_coating}};
     size_t i;
     int k;
     for (k = 1; k < argc; k++)

@@ -308,7 +308,7 @@ static void reference_cell(reference_worker *w, const reference_vertex *v, doubl
     }
 }
 
-/* The rectangle of the entrance through which rays pass, from a grid of rays; 0 if there are none. */
+/* Shrinks a rectangle of the entrance to what a grid of n x n cells finds open in it and a cell round that; 0 if nothing is. */
 static int reference_box(const reference_worker *w, int n, double *box)
 {
     double found[4] = {1e300, -1e300, 1e300, -1e300}, dx = (box[1] - box[0]) / n, dy = (box[3] - box[2]) / n;
@@ -322,9 +322,33 @@ static int reference_box(const reference_worker *w, int n, double *box)
             found[2] = fmin(found[2], y), found[3] = fmax(found[3], y);
         }
     if (found[0] > found[1]) return 0;
-    box[0] = fmax(box[0], found[0] - dx), box[1] = fmin(box[1], found[1] + dx);
-    box[2] = fmax(box[2], found[2] - dy), box[3] = fmin(box[3], found[3] + dy);
+    box[0] = found[0] - dx, box[1] = found[1] + dx;
+    box[2] = found[2] - dy, box[3] = found[3] + dy;
     return 1;
+}
+
+/* The rectangle through which rays pass. A coarse grid meets a slanting sliver in a point or two, far from its ends: so what is
+   found is enlarged and searched again, until it stays within. */
+static int reference_entrance(const reference_worker *w, double reach, double *box)
+{
+    static const int grids[3] = {40, 90, 200};
+    int i, k, seen = 0;
+    for (i = 0; i < 3 && !seen; i++) {
+        for (k = 0; k < 4; k++) box[k] = k % 2 ? reach : -reach;
+        seen = reference_box(w, grids[i], box);
+    }
+    for (i = 0; i < 24 && seen; i++) {
+        double wide[4], side = fmax(box[1] - box[0], box[3] - box[2]);
+        int within = 1;
+        for (k = 0; k < 4; k++) box[k] = wide[k] = fmin(fmax(box[k] + (k % 2 ? 0.5 : -0.5) * side, -reach), reach);
+        if (!reference_box(w, 60, box)) { /* between the grid's points */
+            memcpy(box, wide, sizeof wide);
+            return 1;
+        }
+        for (k = 0; k < 4; k++) within &= fabs(wide[k]) >= reach || (k % 2 ? box[k] < wide[k] : box[k] > wide[k]);
+        if (within) break;
+    }
+    return seen;
 }
 
 /* A whole ghost at one wavelength. */
@@ -334,12 +358,11 @@ static void *reference_mesh(void *user)
     const reference_desc *d = w->d;
     const lflare_surface *front = &d->lens->prescription.surfaces[0];
     double slope = hypot(d->slope[0], d->slope[1]), reach = front->semi_diameter + fabs(lflare_sag(front, front->semi_diameter)) * slope;
-    double box[4] = {-reach, reach, -reach, reach}, power;
+    double box[4], power;
     int n = d->cells, i, j, seen;
     reference_vertex *memory, *above, *row;
     w->path.unweighted = 1;
-    seen = reference_box(w, 40, box) || reference_box(w, 90, box) || reference_box(w, 200, box);
-    if (seen) reference_box(w, 40, box);
+    seen = reference_entrance(w, reach, box);
     w->path.unweighted = 0;
     if (!seen) return NULL;
     power = (double)d->width * d->height / (4 * d->half[0] * d->half[1] * sqrt(1 + slope * slope)); /* cos theta over a pixel's area */

@@ -9,22 +9,6 @@ void main() { o_color = v_irradiance; }
 flat in vec4 v_data[14]; /* see ghost.vert.glsl */
 in vec2 v_position;
 
-/* the two least coverages and their inward normals */
-vec3 c1, c2, nx1, ny1, nx2, ny2;
-
-void cut(vec3 t, vec3 nx, vec3 ny)
-{
-    t = clamp(t, -1.0, 1.0);
-    vec3 c = 0.5 + t * (0.75 - 0.25 * t * t);
-    bvec3 first = lessThan(c, c1), second = lessThan(c, c2);
-    c2 = mix(mix(c2, c, second), c1, first);
-    nx2 = mix(mix(nx2, nx, second), nx1, first);
-    ny2 = mix(mix(ny2, ny, second), ny1, first);
-    c1 = mix(c1, c, first);
-    nx1 = mix(nx1, nx, first);
-    ny1 = mix(ny1, ny, first);
-}
-
 void cut_circle(vec3 ax, vec3 ay, float radius, vec3 soft, vec3 side)
 {
     vec3 far = sqrt(ax * ax + ay * ay), inverse = -side / max(far, vec3(1e-20));
@@ -36,8 +20,7 @@ vec3 coverage(vec2 position)
     vec2 axis = v_data[11].yz;
     int count = int(v_data[11].w), blades = int(u_spectrum.w);
     vec3 along = v_data[13].xyz, dx = position.x - along * axis.x, dy = position.y - along * axis.y;
-    c1 = c2 = vec3(1.0);
-    nx1 = ny1 = nx2 = ny2 = vec3(0.0);
+    uncut();
     for (int i = 0; i < count; i++) {
         vec4 g = v_data[i], o = v_data[5 + i];
         vec3 soft = vec3(g.w, o.w, i < 4 ? v_data[10][i] : v_data[11].x);
@@ -53,9 +36,7 @@ vec3 coverage(vec2 position)
             else cut((b.z - b.x * ax - b.y * ay) / soft, -side * b.x, -side * b.y);
         }
     }
-    vec3 rho = clamp(nx1 * nx2 + ny1 * ny2, -1.0, 1.0), both = c1 * c2;
-    vec3 less = both - rho * (max(c1 + c2 - 1.0, 0.0) - both), more = both + rho * (c1 - both);
-    return mix(less, more, greaterThan(rho, vec3(0.0)));
+    return within();
 }
 
 void main()

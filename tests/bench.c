@@ -21,7 +21,7 @@ static void bench_tables(const char *path)
     lflare *flare = open_lens(path, &settings, counting);
     const lflare_lens *lens = lflare_get_lens(flare);
     lflare_tables tables = *lflare_get_tables(flare);
-    lflare_tables_size size = lflare_tables_layout(lens, NULL, NULL, &tables);
+    lflare_tables_size size = lflare_tables_layout(lens, NULL, NULL, NULL, &tables);
     lflare_view view = {0};
     lflare_light lights[16];
     double prepare, configure, derive, one = 0, sixteen = 0;
@@ -30,7 +30,7 @@ static void bench_tables(const char *path)
     void *lens_memory = malloc(size.lens), *settings_memory = malloc(size.settings);
     int32_t rims = 0, g;
     if (lens_memory == NULL || settings_memory == NULL) exit(2);
-    lflare_tables_layout(lens, lens_memory, settings_memory, &tables);
+    lflare_tables_layout(lens, NULL, lens_memory, settings_memory, &tables);
     MEDIAN(derive, lflare_lens_derive(&lens->prescription, &derived, NULL));
     MEDIAN(prepare, lflare_tables_prepare(lens, &tables, 0, tables.ghost_count));
     MEDIAN(configure, {

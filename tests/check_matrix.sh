@@ -27,7 +27,7 @@ printf '#define LENSFLARE_IMPLEMENTATION\n#include "lensflare.h"\nint main(void)
 i=0
 while [ $i -lt 32 ]; do
     flags=
-    for bit in 1:STDIO 2:DIFFRACTION 4:TRACE 8:SOFTWARE 16:GL; do
+    for bit in 1:STDIO 2:ABERRATION 4:TRACE 8:SOFTWARE 16:GL; do
         [ $((i & ${bit%%:*})) -ne 0 ] && flags="$flags -DLFLARE_NO_${bit#*:}"
     done
     if gcc -std=c99 $C $flags "$B/main.c" -o "$B/main" -lm >"$B/log" 2>&1 && "$B/main" >>"$B/log" 2>&1 &&
@@ -40,6 +40,8 @@ while [ $i -lt 32 ]; do
     fi
     i=$((i + 1))
 done
+
+try "switches: -DLFLARE_NO_DIFFRACTION, whose room is yet to come" gcc -std=c99 $C -DLFLARE_NO_DIFFRACTION "$B/main.c" -o "$B/main" -lm
 
 # declarations alone, twice, two units, implementation twice
 try "declarations alone" gcc -std=c99 $C -fsyntax-only -include lensflare.h -x c /dev/null
@@ -84,7 +86,7 @@ $heads
 [ -s "$B/log" ] && bad "the implementation leaks no unprefixed macro" || ok "the implementation leaks no unprefixed macro"
 
 # size
-off="-DLFLARE_NO_STDIO -DLFLARE_NO_DIFFRACTION -DLFLARE_NO_TRACE -DLFLARE_NO_SOFTWARE -DLFLARE_NO_GL"
+off="-DLFLARE_NO_STDIO -DLFLARE_NO_ABERRATION -DLFLARE_NO_DIFFRACTION -DLFLARE_NO_TRACE -DLFLARE_NO_SOFTWARE -DLFLARE_NO_GL"
 # (code and constants; tables for unwinding the stack are not code)
 gcc -std=c99 -I. -O2 -fno-asynchronous-unwind-tables $off -c "$B/impl.c" -o "$B/small.o" 2>"$B/log"
 text=$(size "$B/small.o" | awk 'NR == 2 {print $1}')

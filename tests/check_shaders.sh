@@ -11,13 +11,15 @@ shaders_embedded/embed.sh lensflare.h >"$dir/lensflare.h"
 cmp -s "$dir/lensflare.h" lensflare.h
 result $? "lensflare.h holds the shaders of shaders_embedded (else: make shaders)"
 for version in "330 core" "300 es"; do
-    while read -r define vertex fragment shared; do
+    while read -r define vertex fragment cuts shared; do
         for stage in $vertex.vert $fragment.frag; do
             {
                 echo "#version $version"
                 [ "$version" = "300 es" ] && printf 'precision highp float;\nprecision highp int;\n'
                 echo "#define $define"
-                cat $shared "shaders_embedded/$stage.glsl"
+                cat $shared
+                [ "$cuts" = cuts ] && [ "$stage" = "$fragment.frag" ] && cat shaders_embedded/cuts.glsl
+                cat "shaders_embedded/$stage.glsl"
             } >"$dir/$stage"
             if command -v glslangValidator >/dev/null; then
                 glslangValidator -S "${stage##*.}" "$dir/$stage" >"$dir/log" 2>&1 </dev/null
@@ -30,10 +32,12 @@ for version in "330 core" "300 es"; do
             fi
         done
     done <<PROGRAMS
-RIM ghost ghost shaders_embedded/frame.glsl
-INSIDE ghost ghost shaders_embedded/frame.glsl
-STRIP screen strip
-ADD screen add
+RIM ghost ghost cuts shaders_embedded/frame.glsl
+INSIDE ghost ghost cuts shaders_embedded/frame.glsl
+PATCH patch patch - shaders_embedded/frame.glsl
+PATCH_RIM patch patch cuts shaders_embedded/frame.glsl
+STRIP screen strip - /dev/null
+ADD screen add - /dev/null
 PROGRAMS
 done
 echo "1..$n"

@@ -152,6 +152,93 @@ for signal in INT TERM; do
     result $? "SIG$signal ends a long render: status 130, no file"
 done
 
+# ---- fits ----
+tronnier=lenses/heliar-tronnier.lens fit=$dir/heliar.fit
+"$flare" fit $tronnier -o "$fit" >"$dir/out" 2>"$dir/err" && [ ! -s "$dir/err" ] &&
+    [ "$(sed -E 's/[0-9]+\.[0-9][0-9] s$/S s/' "$dir/out")" = "$fit: 13 ghosts, $(wc -c <"$fit" | tr -d ' ') bytes, S s" ]
+result $? "fit prints one line: $(sed 's/.*: //' "$dir/out")"
+mkdir -p "$dir/fits" && echo old >"$dir/fits/again.fit" && ln -sf again.fit "$dir/fits/link.fit"
+"$flare" fit $tronnier -o "$dir/fits/link.fit" >/dev/null && cmp -s "$fit" "$dir/fits/again.fit" && [ -L "$dir/fits/link.fit" ]
+result $? "fit gives the same bytes again, replaces what was there and keeps a link"
+"$flare" fit $tronnier -o /dev/stdout 2>"$dir/err" | cmp -s - "$fit" && grep -q '13 ghosts' "$dir/err"
+result $? "fit into a pipe gives the same bytes"
+flat="$tronnier --size 320x180 --ghosts-only --angle 13.4,0 --fnumber 8"
+"$flare" render $flat -o "$dir/par.pfm" --model paraxial && "$flare" render $flat -o "$dir/plain.pfm" && cmp -s "$dir/par.pfm" "$dir/plain.pfm"
+result $? "render is paraxial without --model and --fit"
+"$flare" render $flat -o "$dir/poly.pfm" --model polynomial >"$dir/out" 2>"$dir/err" && [ ! -s "$dir/out" ] && [ ! -s "$dir/err" ]
+result $? "render --model polynomial fits by itself, silently where no one looks"
+"$flare" render $flat -o "$dir/loaded.pfm" --fit "$fit" && cmp -s "$dir/poly.pfm" "$dir/loaded.pfm" && ! cmp -s "$dir/poly.pfm" "$dir/par.pfm"
+result $? "render --fit is polynomial, and the same picture"
+"$flare" render $flat -o "$dir/loaded.pfm" --fit "$fit" --model polynomial && cmp -s "$dir/poly.pfm" "$dir/loaded.pfm"
+result $? "render --fit --model polynomial is too"
+"$flare" render $flat -o "$dir/exact.pfm" --model reference --cells 60 2>"$dir/err"
+worth() { "$flare" compare "$dir/exact.pfm" "$1" --json | sed -nE 's/.*"psnr_db": ([0-9.]+).*/\1/p' | cut -c1-5; } # PICTURE: dB against exact rays
+poly=$(worth "$dir/poly.pfm") par=$(worth "$dir/par.pfm")
+awk "BEGIN {exit !(${poly:-0} > 45 && ${poly:-0} > ${par:-99})}"
+result $? "render --model polynomial comes near to exact rays: ${poly:-no} dB, paraxial ${par:-no} dB"
+if script --version 2>/dev/null | grep -q util-linux; then
+    script -qec "$flare render $flat -o $dir/seen.pfm --model polynomial" /dev/null </dev/null >"$dir/out" && cmp -s "$dir/poly.pfm" "$dir/seen.pfm" &&
+        tr '\r' '\n' <"$dir/out" | grep -qE '^fitting: [0-9]+ %, about [0-9]+ s left' && tr '\r' '\n' <"$dir/out" | grep -qE '^flare: 13 ghosts fitted in [0-9.]+ s; '
+    result $? "render --model polynomial says on a terminal what it fits, and how long it took"
+    script -qec "$flare fit $tronnier -o $dir/fits/seen.fit" /dev/null </dev/null >"$dir/out" && tr '\r' '\n' <"$dir/out" | grep -qE '^fitting: [0-9]+ %, about [0-9]+ s left'
+    result $? "fit shows on a terminal how far it is"
+else
+    n=$((n + 2))
+    echo "ok $((n - 1)) # SKIP no script(1) of util-linux: render's progress on a terminal"
+    echo "ok $n # SKIP no script(1) of util-linux: fit's progress on a terminal"
+fi
+interrupted() { # WHAT SIGNAL OUT ARGUMENTS...: status 130, one line, no file
+    what=$1 signal=$2 out=$3
+    shift 3
+    "$flare" "$@" -o "$out" >"$dir/out" 2>"$dir/err" &
+    pid=$!
+    for wait in 1 2 3 4 5; do [ -e "$out.part" ] || sleep 0.1; done # no longer than until it is at work
+    kill -"$signal" $pid
+    wait $pid
+    [ $? = 130 ] && [ ! -s "$dir/out" ] && [ ! -e "$out" ] && [ ! -e "$out.part" ] && [ "$(cat "$dir/err")" = "flare: interrupted; nothing was written" ]
+    result $? "$what"
+}
+long=lenses/canon-70-200-mid.lens # 312 ghosts, 9 s
+interrupted "SIGINT ends a fit: status 130, no file" INT "$dir/never.fit" fit $long
+interrupted "SIGTERM ends a fit: status 130, no file" TERM "$dir/never.fit" fit $long
+interrupted "SIGINT ends a fit for a picture: status 130, no file" INT "$dir/never.pfm" render $long --model polynomial
+# a limit of 4 or 8 KB on files is a disk that fills up
+cp "$dir/fits/again.fit" "$dir/fits/kept.fit"
+(trap '' XFSZ && ulimit -f 8 && exec "$flare" fit $tronnier -o "$dir/fits/kept.fit") >"$dir/out" 2>"$dir/err"
+[ $? = 2 ] && [ ! -s "$dir/out" ] && [ "$(wc -l <"$dir/err")" = 1 ] && grep -q "^flare: $dir/fits/kept.fit: cannot be written: " "$dir/err" &&
+    cmp -s "$fit" "$dir/fits/kept.fit" && [ ! -e "$dir/fits/kept.fit.part" ]
+result $? "a fit that does not fit leaves the one before"
+half=$(($(wc -c <"$fit") / 2))
+head -c $half "$fit" >"$dir/fits/cut.fit"
+cp "$fit" "$dir/fits/flipped.fit"
+printf "\\$(printf %o $(($(od -An -tu1 -j$half -N1 "$fit") ^ 16)))" | dd of="$dir/fits/flipped.fit" bs=1 seek=$half conv=notrunc 2>/dev/null
+cp "$fit" "$dir/fits/older.fit"
+printf '\000\000' | dd of="$dir/fits/older.fit" bs=1 seek=6 conv=notrunc 2>/dev/null
+: >"$dir/fits/empty.fit"
+with="render $tronnier -o $dir/c.png --size 32x18 --fit"
+refused "a fit that is cut off" "^flare: $dir/fits/cut.fit: the fit is cut off" $with "$dir/fits/cut.fit"
+refused "a fit with one bit turned" "^flare: $dir/fits/flipped.fit: the fit is damaged" $with "$dir/fits/flipped.fit"
+refused "a fit of an older version" "^flare: $dir/fits/older.fit: the fit has version 0" $with "$dir/fits/older.fit"
+refused "an empty fit" "^flare: $dir/fits/empty.fit: this is not a fit" $with "$dir/fits/empty.fit"
+refused "a lens for a fit" "^flare: $tronnier: this is not a fit" $with $tronnier
+refused "a folder for a fit" "^flare: $dir/fits: Is a directory" $with "$dir/fits"
+refused "a fit that is not there" "^flare: $dir/fits/none.fit: No such file" $with "$dir/fits/none.fit"
+refused "a fit of another lens" "^flare: $fit: the fit belongs to another lens" render $heliar -o "$dir/c.png" --fit "$fit"
+refused "a fit for the paraxial model" '^flare: --fit belongs to --model polynomial, not to --model paraxial$' $with "$fit" --model paraxial
+refused "a fit for the reference" '^flare: --fit belongs to --model polynomial, not to --model reference$' $with "$fit" --model reference
+refused "cells of the polynomial model" '^flare: --cells belongs to --model reference$' $with "$fit" --cells 20
+refused "a fit that goes nowhere" '^flare: flare fit: say where the fit goes' fit $tronnier
+refused "a fit in place of a lens" "^flare: $dir/c.lens: a lens would be lost" fit $tronnier -o "$dir/c.lens"
+refused "a fit in place of a folder" "^flare: $dir/fits: cannot be written: Is a directory" fit $tronnier -o "$dir/fits"
+refused "a fit in a folder that is not there" "^flare: $dir/no/c.fit: cannot be written: " fit $tronnier -o "$dir/no/c.fit"
+refused "a fit of a lens that is not there" "^flare: $dir/none.lens: No such file" fit "$dir/none.lens" -o "$dir/c.fit"
+refused "a fit with an option of another command" "unknown option '--fnumber' for 'flare fit'" fit $tronnier -o "$dir/c.fit" --fnumber 8
+if [ -w /dev/full ]; then
+    refused "a fit on a full disk" '^flare: /dev/full: cannot be written: ' fit $tronnier -o /dev/full
+    [ -c /dev/full ] && [ ! -e /dev/full.part ]
+    result $? "a device stays one"
+fi
+
 # ---- diagrams ----
 well_formed() { # FILE: by xmllint, or else every element closed
     if command -v xmllint >/dev/null; then xmllint --noout "$1"; else
@@ -194,7 +281,7 @@ for side in 1 2; do
 done
 result $bad "diagram --ghost states the entrance heights that pass: ${bounds:-none}"
 
-"$flare" --version | grep -q '^flare [0-9]' && "$flare" --help | grep -q 'flare render' && "$flare" render --help | grep -q 'flare render'
+"$flare" --version | grep -q '^flare [0-9]' && "$flare" --help | grep -q 'flare render' && "$flare" --help | grep -q 'flare fit ' && "$flare" --help | grep -q -e '--fit FILE' && "$flare" render --help | grep -q 'flare render'
 result $? "--version and --help"
 
 printf 'lensflare 1\nfnumber 2\n50 3 n 1.5\n-50 x\n' >"$dir/bad.lens"
@@ -217,7 +304,7 @@ refused "no output named" "with -o" render $heliar
 refused "an unknown picture format" "\.png or \.pfm" render $heliar -o "$dir/c.jpg"
 refused "a folder that is not there" "cannot be written" render $heliar -o "$dir/no/c.png"
 refused "two blades" "3 to 16" render $heliar -o "$dir/c.png" --blades 2
-refused "a model of a later version" "'paraxial' or 'reference'" render $heliar -o "$dir/c.png" --model traced
+refused "a model of a later version" "^flare: --model: 'paraxial', 'polynomial' or 'reference' was expected, not 'traced'" render $heliar -o "$dir/c.png" --model traced
 refused "two wavelengths" '^flare: --wavelengths: ' render $heliar -o "$dir/c.png" --model reference --wavelengths 2
 refused "a share of a cell" 'whole number' render $heliar -o "$dir/c.png" --model reference --cells 20.5
 refused "cells of the paraxial model" '^flare: --cells belongs to --model reference$' render $heliar -o "$dir/c.png" --cells 20
@@ -234,7 +321,7 @@ refused "no GL context" '^flare: --backend gl: GL_HOST is neither egl nor osmesa
 unset GL_HOST
 "$flare" render $heliar -o "$dir/small.pfm" --size 32x24
 refused "pictures of two sizes" "one size" compare "$dir/a.pfm" "$dir/small.pfm"
-[ ! -e "$dir/c.png" ] && [ ! -e "$dir/c.svg" ] && [ -z "$(find "$dir" -name '*.part')" ]
+[ ! -e "$dir/c.png" ] && [ ! -e "$dir/c.svg" ] && [ ! -e "$dir/c.fit" ] && [ ! -e "$dir/c.lens" ] && [ -z "$(find "$dir" -name '*.part')" ]
 result $? "what is refused leaves no file"
 if [ -w /dev/full ]; then
     "$flare" ghosts $heliar --csv >/dev/full 2>"$dir/err"

@@ -476,11 +476,11 @@ static void slice(const lflare_lens *lens, rng *r)
     void *lens_memory, *settings_memory;
     int32_t begin = below(r, lens->ghost_count), end = begin + 40 < lens->ghost_count ? begin + 40 : lens->ghost_count;
     memset(&t, 0, sizeof t);
-    size = lflare_tables_layout(lens, NULL, NULL, &t);
+    size = lflare_tables_layout(lens, NULL, NULL, NULL, &t);
     lens_memory = calloc(1, size.lens);
     settings_memory = calloc(1, size.settings);
     CHECK(lens_memory != NULL && settings_memory != NULL);
-    lflare_tables_layout(lens, lens_memory, settings_memory, &t);
+    lflare_tables_layout(lens, NULL, lens_memory, settings_memory, &t);
     CHECK(lflare_tables_prepare(lens, &t, 0, 1) == LFLARE_OK && lflare_tables_prepare(lens, &t, begin, end) == LFLARE_OK);
     make_settings(r, lens, &settings, overrides, 0);
     CHECK(lflare_tables_configure_begin(lens, &t, &settings, NULL) == LFLARE_OK);

@@ -1,0 +1,36 @@
+out vec4 o_color;
+in vec3 v_irradiance;
+
+#ifndef PATCH_RIM
+void main() { o_color = vec4(v_irradiance, 0.0); }
+#else
+/* Coverage within iris and rim where a mesh's heights say so: see lflare__rim_coverage. */
+in vec4 v_iris01;  /* red's and green's place on the iris */
+in vec4 v_iris2;   /* blue's; width of the soft rim, pixels; that of the iris */
+in vec3 v_rim;
+
+void cut_slope(vec3 over, vec3 gx, vec3 gy, float soft)
+{
+    vec3 g = max(sqrt(gx * gx + gy * gy), vec3(1e-20));
+    cut(-over / (soft * g), -gx / g, -gy / g);
+}
+
+void main()
+{
+    vec3 hx = vec3(v_iris01.xz, v_iris2.x), hy = vec3(v_iris01.yw, v_iris2.y);
+    vec3 xx = dFdx(hx), xy = dFdy(hx), yx = dFdx(hy), yy = dFdy(hy), rim_x = dFdx(v_rim), rim_y = dFdy(v_rim);
+    int blades = int(u_spectrum.w);
+    uncut();
+    for (int i = 0; i < max(blades, 1); i++) {
+        vec4 b = blades > 0 ? u_blades[i] : vec4(0.0, 0.0, 0.0, 1.0);
+        if (b.w > 0.0) {
+            vec3 ax = hx + b.x * b.z, ay = hy + b.y * b.z, far = sqrt(ax * ax + ay * ay), inverse = 1.0 / max(far, vec3(1e-20));
+            cut_slope(far - b.w, (ax * xx + ay * yx) * inverse, (ax * xy + ay * yy) * inverse, v_iris2.w);
+        } else {
+            cut_slope(b.x * hx + b.y * hy - b.z, b.x * xx + b.y * yx, b.x * xy + b.y * yy, v_iris2.w);
+        }
+    }
+    cut_slope(v_rim - 1.0, rim_x, rim_y, v_iris2.z);
+    o_color = vec4(v_irradiance * within(), 0.0);
+}
+#endif
