@@ -2,6 +2,7 @@
 # make demo    renders the flare of a real lens to a PNG and says where it is (a C compiler and make are enough)
 # make test    everything that is checked; installs what it needs when run as root, else says what to install
 # make bench   speed, as ratios side by side in one run
+# make models  how near each model of the ghosts comes to exact rays, on six lenses; the first run takes half an hour
 # make shaders writes shaders_embedded/*.glsl into lensflare.h
 # make diagrams draws the lenses and their page, lenses/README.md
 # make fuzz    thirty minutes of fuzzing (SECONDS=n for less); make coverage shows what it reached
@@ -56,6 +57,9 @@ $(B)/test_gl: tests/test_gl.c examples/gl_host.h lensflare.h | $(B)
 $(B)/bench: tests/bench.c tests/bench.h lensflare.h | $(B)
 	$(CC) $(ALL) $< -o $@ -lm
 
+$(B)/models: tests/models.c examples/reference.h lensflare.h | $(B)
+	$(CC) $(ALL) $< -o $@ $(THREADS) -lm
+
 $(B)/bench_gl: tests/bench_gl.c tests/bench.h examples/gl_host.h lensflare.h | $(B)
 	$(CC) $(ALL) $< -o $@ -lEGL -lGL -lm
 
@@ -75,6 +79,9 @@ bench: $(B)/bench $(if $(EGL),$(B)/bench_gl)
 	$(B)/bench
 	@$(if $(EGL),$(B)/bench_gl,echo "gl: no EGL and GL headers here (libegl-dev libgl-dev), so it is not measured")
 
+models: $(B)/models
+	$(B)/models
+
 # The GLSL sources as string literals in the header; a test compares both.
 shaders:
 	shaders_embedded/embed.sh lensflare.h > lensflare.h.new && mv lensflare.h.new lensflare.h
@@ -92,4 +99,4 @@ coverage:
 clean:
 	rm -rf $(B)
 
-.PHONY: all no-windows demo test tests bench shaders diagrams fuzz coverage clean
+.PHONY: all no-windows demo test tests bench models shaders diagrams fuzz coverage clean

@@ -2599,6 +2599,7 @@ enum {
     LFLARE__MESH_KNOT_TEXELS = 2,          /* radius of a disc of its area, blur of the iris, radius of the bundle, 0; bounds */
     LFLARE__MESH_FLOATS = 16,              /* of a vertex: place, irradiances, rims, places on the iris, blur of the rim, see mesh_knot */
     LFLARE__PLACES = 2 + LFLARE_FIT_RIMS,  /* sensor, stop, rims */
+    LFLARE__EVEN_FIELDS = 12,              /* x of the places, the weight, room up to whole vectors */
     LFLARE__FIT_VERSION = 1,
     LFLARE__FIT_HEAD = 32,                 /* magic, version, ghosts, size; hashes of lens and content */
     LFLARE__FIT_ROW = 28                   /* offset, angle where hidden; order, rims, level, folded; steps of the rims; error */
@@ -2673,19 +2674,19 @@ static void lflare__fit_ghost_read(const uint8_t *fit, int32_t g, lflare__fit_gh
 typedef struct lflare__bundle {
     int32_t order, rims, squarings;
     float middle, half[2];    /* box of the entrance points, mm: x = middle +- half[0], y = +- half[1] */
-    float even[LFLARE_WAVELENGTHS][LFLARE__PLACES + 1][LFLARE__EVEN]; /* x of the places, then the weight, to be squared so many times */
-    float odd[LFLARE_WAVELENGTHS][LFLARE__PLACES][LFLARE__ODD];       /* y */
+    float even[LFLARE_WAVELENGTHS][LFLARE__EVEN][LFLARE__EVEN_FIELDS]; /* x of the places, then the weight, to be squared so many times */
+    float odd[LFLARE_WAVELENGTHS][LFLARE__ODD][LFLARE__PLACES];       /* y */
 } lflare__bundle;
 
-/* Adds `share` of a stored field. */
+/* Adds `share` of a stored field; terms are a row of fields apart. */
 static const uint8_t *lflare__field_add(const uint8_t *p, float share, float *even, int32_t even_terms, float *odd, int32_t odd_terms)
 {
     float scale = share * lflare__get_float(p + 4);
     int32_t i;
     even[0] += share * lflare__get_float(p);
     p += 8;
-    for (i = 1; i < even_terms; i++, p += 2) even[i] += scale * (float)lflare__get_short(p);
-    for (i = 0; i < odd_terms; i++, p += 2) odd[i] += scale * (float)lflare__get_short(p);
+    for (i = 1; i < even_terms; i++, p += 2) even[i * LFLARE__EVEN_FIELDS] += scale * (float)lflare__get_short(p);
+    for (i = 0; i < odd_terms; i++, p += 2) odd[i * LFLARE__PLACES] += scale * (float)lflare__get_short(p);
     return p;
 }
 
@@ -2700,8 +2701,8 @@ static void lflare__knot_add(const uint8_t *p, float share, lflare__bundle *b)
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
         int32_t w = sequence[k], n = k == 0 ? b->order : lflare__difference_order(b->order);
         for (place = 0; place < 2 + b->rims; place++)
-            p = lflare__field_add(p, share, b->even[w][place], lflare__terms(n), b->odd[w][place], lflare__terms(n - 1));
-        p = lflare__field_add(p, share, b->even[w][LFLARE__PLACES], lflare__terms(n), NULL, 0);
+            p = lflare__field_add(p, share, &b->even[w][0][place], lflare__terms(n), &b->odd[w][0][place], lflare__terms(n - 1));
+        p = lflare__field_add(p, share, &b->even[w][0][LFLARE__PLACES], lflare__terms(n), NULL, 0);
     }
 }
 
@@ -2737,19 +2738,20 @@ static void lflare__bundle_at(const lflare__fit_ghost *g, float angle, lflare__b
     out->rims = g->rims;
     out->squarings = g->squarings;
     for (i = 0; i < 4; i++) lflare__knot_add(g->knots + (size_t)(first + i) * bytes, share[i], out);
-    for (k = 0; k < LFLARE_WAVELENGTHS; k += 2) /* from differences */
-        for (p = 0; p <= LFLARE__PLACES; p++) {
-            for (i = 0; i < LFLARE__EVEN; i++) out->even[k][p][i] += out->even[1][p][i];
-            for (i = 0; i < LFLARE__ODD && p < LFLARE__PLACES; i++) out->odd[k][p][i] += out->odd[1][p][i];
-        }
+    for (k = 0; k < LFLARE_WAVELENGTHS; k += 2) { /* from differences */
+        for (i = 0; i < lflare__terms(g->order); i++)
+            for (p = 0; p <= LFLARE__PLACES; p++) out->even[k][i][p] += out->even[1][i][p];
+        for (i = 0; i < lflare__terms(g->order - 1); i++)
+            for (p = 0; p < LFLARE__PLACES; p++) out->odd[k][i][p] += out->odd[1][i][p];
+    }
 }
 
-/* Every term at a point of the box (x and y from -1 to 1), and its derivatives. */
+/* Every term at a point of the box (x and y from -1 to 1), and on demand its derivatives. */
 typedef struct lflare__terms_at {
     float y, value[LFLARE__EVEN], dx[LFLARE__EVEN], dy[LFLARE__EVEN];
 } lflare__terms_at;
 
-static void lflare__terms_make(int32_t order, float x, float y, lflare__terms_at *t)
+static void lflare__terms_make(int32_t order, float x, float y, int slopes, lflare__terms_at *t)
 {
     float px[LFLARE__MAX_ORDER + 1], py[LFLARE__MAX_ORDER / 2 + 1];
     int32_t d, j, n = 0;
@@ -2758,44 +2760,74 @@ static void lflare__terms_make(int32_t order, float x, float y, lflare__terms_at
     for (d = 1; d <= order; d++) px[d] = px[d - 1] * x;
     for (d = 1; d <= order / 2; d++) py[d] = py[d - 1] * y * y;
     for (d = 0; d <= order; d++)
+        for (j = 0; 2 * j <= d; j++) t->value[n++] = px[d - 2 * j] * py[j];
+    if (!slopes) return;
+    for (d = 0, n = 0; d <= order; d++)
         for (j = 0; 2 * j <= d; j++, n++) {
             int32_t i = d - 2 * j;
-            t->value[n] = px[i] * py[j];
             t->dx[n] = i > 0 ? (float)i * px[i - 1] * py[j] : 0;
             t->dy[n] = j > 0 ? (float)(2 * j) * px[i] * py[j - 1] * y : 0;
         }
 }
 
-static float lflare__sum_terms(const float *a, const float *b, int32_t n)
+/* One field of many; `step` from term to term. */
+static float lflare__sum_terms(const float *coefficients, int32_t step, const float *values, int32_t n)
 {
     float sum = 0;
     int32_t i;
-    for (i = 0; i < n; i++) sum += a[i] * b[i];
+    for (i = 0; i < n; i++) sum += coefficients[i * step] * values[i];
     return sum;
+}
+
+static float lflare__sum_even(const lflare__bundle *b, int32_t k, int32_t field, const float *values)
+{
+    return lflare__sum_terms(&b->even[k][0][field], LFLARE__EVEN_FIELDS, values, lflare__terms(b->order));
+}
+
+static float lflare__sum_odd(const lflare__bundle *b, int32_t k, int32_t field, const float *values)
+{
+    return lflare__sum_terms(&b->odd[k][0][field], LFLARE__PLACES, values, lflare__terms(b->order - 1));
 }
 
 static void lflare__place_at(const lflare__bundle *b, int32_t k, int32_t place, const lflare__terms_at *t, float *out)
 {
-    out[0] = lflare__sum_terms(b->even[k][place], t->value, lflare__terms(b->order));
-    out[1] = t->y * lflare__sum_terms(b->odd[k][place], t->value, lflare__terms(b->order - 1));
+    out[0] = lflare__sum_even(b, k, place, t->value);
+    out[1] = t->y * lflare__sum_odd(b, k, place, t->value);
 }
 
 /* d place / d (x, y) of the box: xx xy yx yy. */
 static void lflare__place_slopes(const lflare__bundle *b, int32_t k, int32_t place, const lflare__terms_at *t, float *out)
 {
-    int32_t even = lflare__terms(b->order), odd = lflare__terms(b->order - 1);
-    out[0] = lflare__sum_terms(b->even[k][place], t->dx, even);
-    out[1] = lflare__sum_terms(b->even[k][place], t->dy, even);
-    out[2] = t->y * lflare__sum_terms(b->odd[k][place], t->dx, odd);
-    out[3] = t->y * lflare__sum_terms(b->odd[k][place], t->dy, odd) + lflare__sum_terms(b->odd[k][place], t->value, odd);
+    out[0] = lflare__sum_even(b, k, place, t->dx);
+    out[1] = lflare__sum_even(b, k, place, t->dy);
+    out[2] = t->y * lflare__sum_odd(b, k, place, t->dx);
+    out[3] = t->y * lflare__sum_odd(b, k, place, t->dy) + lflare__sum_odd(b, k, place, t->value);
+}
+
+/* All fields at once, as vectors: x of the places and the weight's root, y. */
+static void lflare__fields_at(const lflare__bundle *b, int32_t k, const lflare__terms_at *t, float *x, float *y)
+{
+    float ax[LFLARE__EVEN_FIELDS] = {0}, ay[LFLARE__PLACES] = {0};
+    int32_t i, f, even = lflare__terms(b->order), odd = lflare__terms(b->order - 1);
+    for (i = 0; i < even; i++)
+        for (f = 0; f < LFLARE__EVEN_FIELDS; f++) ax[f] += t->value[i] * b->even[k][i][f];
+    for (i = 0; i < odd; i++)
+        for (f = 0; f < LFLARE__PLACES; f++) ay[f] += t->value[i] * b->odd[k][i][f];
+    memcpy(x, ax, sizeof ax);
+    for (f = 0; f < LFLARE__PLACES; f++) y[f] = t->y * ay[f];
+}
+
+static float lflare__weight_of(const lflare__bundle *b, float root)
+{
+    int32_t i;
+    root = lflare__maxf(root, 0);
+    for (i = 0; i < b->squarings; i++) root *= root;
+    return root;
 }
 
 static float lflare__weight_at(const lflare__bundle *b, int32_t k, const lflare__terms_at *t)
 {
-    float w = lflare__maxf(lflare__sum_terms(b->even[k][LFLARE__PLACES], t->value, lflare__terms(b->order)), 0);
-    int32_t i;
-    for (i = 0; i < b->squarings; i++) w *= w;
-    return w;
+    return lflare__weight_of(b, lflare__sum_even(b, k, LFLARE__PLACES, t->value));
 }
 
 /* Eight lanes, so that a megabyte takes 50 us. */
@@ -2918,7 +2950,7 @@ LFLARE_API lflare_result lflare_aberration_ray(const void *fit, int32_t g, int32
     lflare__bundle_at(&ghost, atanf(u), &b);
     x = ((float)entrance[0] * ax + (float)entrance[1] * ay - b.middle) / b.half[0];
     y = ((float)entrance[1] * ax - (float)entrance[0] * ay) / b.half[1];
-    lflare__terms_make(b.order, x, y, &terms);
+    lflare__terms_make(b.order, x, y, 0, &terms);
     for (p = 0; p < 2 + b.rims; p++) {
         float place[2], *to = p == 0 ? out->sensor : p == 1 ? out->stop : out->rims[p - 2];
         lflare__place_at(&b, k, p, &terms, place);
@@ -3359,21 +3391,18 @@ static void lflare__fit_solve(lflare__fitter *f, const lflare__fit_knot *knot, i
     for (i = 0; i < rows; i++) {
         const lflare__fit_sample *s = &knot->samples[k][i];
         lflare__terms_at t;
-        lflare__terms_make(b->order, (float)s->x, (float)s->y, &t);
+        lflare__terms_make(b->order, (float)s->x, (float)s->y, 0, &t);
         for (p = 0; p < n; p++) f->matrix[p * LFLARE__FIT_ROWS + i] = (double)t.value[p] * (odd ? s->y : 1);
         for (p = 0; p < sides; p++) {
             double value = p == places ? lflare__fit_root(s->weight, b->squarings) : s->place[p][odd];
             if (k != 1) /* the difference from the middle wavelength */
-                value -= odd ? s->y * (double)lflare__sum_terms(b->odd[1][p], t.value, lflare__terms(b->order - 1))
-                             : (double)lflare__sum_terms(b->even[1][p == places ? LFLARE__PLACES : p], t.value, lflare__terms(b->order));
+                value -= odd ? s->y * (double)lflare__sum_odd(b, 1, p, t.value) : (double)lflare__sum_even(b, 1, p == places ? LFLARE__PLACES : p, t.value);
             f->right[p * LFLARE__FIT_ROWS + i] = value;
         }
     }
     lflare__least_squares(f, rows, n, sides);
-    for (p = 0; p < sides; p++) {
-        float *out = odd ? b->odd[k][p] : b->even[k][p == places ? LFLARE__PLACES : p];
-        for (i = 0; i < n; i++) out[i] = (float)f->solution[p * LFLARE__EVEN + i];
-    }
+    for (p = 0; p < sides; p++)
+        for (i = 0; i < n; i++) *(odd ? &b->odd[k][i][p] : &b->even[k][i][p == places ? LFLARE__PLACES : p]) = (float)f->solution[p * LFLARE__EVEN + i];
 }
 
 /* Polynomials of a knot; the other wavelengths' as differences. Returns the greatest error on the sensor of rays that pass, mm. */
@@ -3398,7 +3427,7 @@ static double lflare__fit_polynomials(lflare__fitter *f, const lflare__fit_knot 
         const lflare__fit_sample *s = &knot->samples[1][i];
         lflare__terms_at t;
         float place[2];
-        lflare__terms_make(order, (float)s->x, (float)s->y, &t);
+        lflare__terms_make(order, (float)s->x, (float)s->y, 0, &t);
         lflare__place_at(b, 1, 0, &t, place);
         worst = lflare__max(worst, fabs((double)place[0] - s->place[0][0]) + fabs((double)place[1] - s->place[0][1]));
     }
@@ -3425,7 +3454,7 @@ static int32_t lflare__fit_squarings(lflare__fitter *f, int32_t order)
             for (i = 0; i < knot->counts[1]; i++) {
                 const lflare__fit_sample *s = &knot->samples[1][i];
                 lflare__terms_at t;
-                lflare__terms_make(order, (float)s->x, (float)s->y, &t);
+                lflare__terms_make(order, (float)s->x, (float)s->y, 0, &t);
                 error += fabs((double)lflare__weight_at(b, 1, &t) - s->weight) / (s->weight + 0.02 * most);
             }
         }
@@ -3467,7 +3496,7 @@ static double lflare__fit_bend(const lflare__fitter *f, const lflare__fit_knot *
             int32_t e;
             for (e = 0; e < 3; e++) {
                 double shift = step * (e - 1);
-                lflare__terms_make(b->order, (float)(s->x * 0.9 + (j == 0 ? shift : 0)), (float)(s->y * 0.9 + (j == 1 ? shift : 0)), &t);
+                lflare__terms_make(b->order, (float)(s->x * 0.9 + (j == 0 ? shift : 0)), (float)(s->y * 0.9 + (j == 1 ? shift : 0)), 1, &t);
                 lflare__place_at(b, 1, 0, &t, p[e]);
                 if (e == 1 && j == 0) {
                     lflare__place_slopes(b, 1, 0, &t, slopes);
@@ -3496,16 +3525,17 @@ static uint8_t *lflare__store_float(uint8_t *p, float v)
     return lflare__store_bytes(p, bits, 4);
 }
 
+/* Terms are a row of fields apart. */
 static uint8_t *lflare__store_field(uint8_t *p, const float *even, int32_t even_terms, const float *odd, int32_t odd_terms)
 {
     float most = 1e-30f;
     int32_t i;
-    for (i = 1; i < even_terms; i++) most = lflare__maxf(most, fabsf(even[i]));
-    for (i = 0; i < odd_terms; i++) most = lflare__maxf(most, fabsf(odd[i]));
+    for (i = 1; i < even_terms; i++) most = lflare__maxf(most, fabsf(even[i * LFLARE__EVEN_FIELDS]));
+    for (i = 0; i < odd_terms; i++) most = lflare__maxf(most, fabsf(odd[i * LFLARE__PLACES]));
     p = lflare__store_float(p, even[0]);
     p = lflare__store_float(p, most / 32767);
-    for (i = 1; i < even_terms; i++) p = lflare__store_bytes(p, (uint32_t)(int32_t)floorf(even[i] / most * 32767 + 0.5f), 2);
-    for (i = 0; i < odd_terms; i++) p = lflare__store_bytes(p, (uint32_t)(int32_t)floorf(odd[i] / most * 32767 + 0.5f), 2);
+    for (i = 1; i < even_terms; i++) p = lflare__store_bytes(p, (uint32_t)(int32_t)floorf(even[i * LFLARE__EVEN_FIELDS] / most * 32767 + 0.5f), 2);
+    for (i = 0; i < odd_terms; i++) p = lflare__store_bytes(p, (uint32_t)(int32_t)floorf(odd[i * LFLARE__PLACES] / most * 32767 + 0.5f), 2);
     return p;
 }
 
@@ -3518,8 +3548,9 @@ static uint8_t *lflare__store_knot(uint8_t *p, const lflare__bundle *b)
     p = lflare__store_float(p, b->half[1]);
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
         int32_t w = sequence[k], n = k == 0 ? b->order : lflare__difference_order(b->order);
-        for (place = 0; place < 2 + b->rims; place++) p = lflare__store_field(p, b->even[w][place], lflare__terms(n), b->odd[w][place], lflare__terms(n - 1));
-        p = lflare__store_field(p, b->even[w][LFLARE__PLACES], lflare__terms(n), NULL, 0);
+        for (place = 0; place < 2 + b->rims; place++)
+            p = lflare__store_field(p, &b->even[w][0][place], lflare__terms(n), &b->odd[w][0][place], lflare__terms(n - 1));
+        p = lflare__store_field(p, &b->even[w][0][LFLARE__PLACES], lflare__terms(n), NULL, 0);
     }
     return p;
 }
@@ -3702,119 +3733,128 @@ typedef struct lflare__mesh_point {
     float lamp;                                                 /* blur of that rim for the channel last looked at */
 } lflare__mesh_point;
 
-/* How closed a channel is to a point of the box whose terms are given: passes up to 1. The end of what matters and of what was
+/* How closed a channel is to a point of the box, all its fields given: passes up to 1. The end of what matters and of what was
    fitted counts as a rim. */
-static float lflare__mesh_closed(const lflare__mesher *m, int32_t k, float x, const lflare__terms_at *t, lflare__mesh_point *out)
+static float lflare__mesh_closed(const lflare__mesher *m, int32_t k, float x, float y, const float *fx, const float *fy, lflare__mesh_point *out)
 {
-    float place[2], c, rim;
+    float c, rim = lflare__maxf((fx[0] * fx[0] + fy[0] * fy[0]) / (m->reach * m->reach), lflare__maxf(x * x, y * y) * (1 / (1.3f * 1.3f)));
     int32_t i;
-    lflare__place_at(&m->bundle, k, 0, t, place);
-    rim = lflare__maxf((place[0] * place[0] + place[1] * place[1]) / (m->reach * m->reach), lflare__maxf(x * x, t->y * t->y) * (1 / (1.3f * 1.3f)));
     out->lamp = 0;
     for (i = 0; i < m->bundle.rims; i++) {
-        lflare__place_at(&m->bundle, k, 2 + i, t, place);
-        c = place[0] * place[0] + place[1] * place[1];
+        c = fx[2 + i] * fx[2 + i] + fy[2 + i] * fy[2 + i];
         if (c <= rim) continue;
         rim = c;
         out->lamp = m->lamps[1 + i];
     }
-    lflare__place_at(&m->bundle, k, 1, t, place);
-    out->iris[k][0] = place[0] / m->iris;
-    out->iris[k][1] = place[1] / m->iris;
+    out->iris[k][0] = fx[1] / m->iris;
+    out->iris[k][1] = fy[1] / m->iris;
     out->rim[k] = sqrtf(rim);
     return sqrtf(lflare__maxf(rim, out->iris[k][0] * out->iris[k][0] + out->iris[k][1] * out->iris[k][1]));
 }
 
-/* Moves a point of the box to where channel k's ray lands on `sensor`: Newton's method. */
-static void lflare__mesh_match(const lflare__mesher *m, int32_t k, const float *sensor, float *x, float *y, lflare__terms_at *t)
+/* One channel alone, in the mesh's coordinates: above 0 it is open. */
+static float lflare__mesh_open(const lflare__mesher *m, int32_t k, float x, float y)
 {
-    int32_t i;
-    for (i = 0; i < 2; i++) {
-        float at[2], j[4], det, dx, dy;
-        lflare__place_at(&m->bundle, k, 0, t, at);
-        lflare__place_slopes(&m->bundle, k, 0, t, j);
-        at[0] = sensor[0] - at[0];
-        at[1] = sensor[1] - at[1];
-        det = j[0] * j[3] - j[1] * j[2];
-        if (!(fabsf(det) > 1e-20f)) return;
-        dx = (at[0] * j[3] - at[1] * j[1]) / det;
-        dy = (at[1] * j[0] - at[0] * j[2]) / det;
-        *x = lflare__minf(lflare__maxf(*x + dx, -2), 2);
-        *y = lflare__minf(lflare__maxf(*y + dy, -2), 2);
-        lflare__terms_make(m->bundle.order, *x, *y, t);
-    }
+    float fx[LFLARE__EVEN_FIELDS], fy[LFLARE__PLACES];
+    lflare__mesh_point p;
+    lflare__terms_at t;
+    x += m->bend * y * y;
+    lflare__terms_make(m->bundle.order, x, y, 0, &t);
+    lflare__fields_at(&m->bundle, k, &t, fx, fy);
+    return 1 - lflare__mesh_closed(m, k, x, y, fx, fy, &p);
 }
 
-/* All channels at the place where the lead channel's ray through (x, y) lands. */
+/* Moves a point of the box towards where channel k's ray lands on `sensor`: one step of Newton's method. Returns how far off it was. */
+static float lflare__mesh_match(const lflare__mesher *m, int32_t k, const float *sensor, float *x, float *y, lflare__terms_at *t)
+{
+    float at[2], j[4], det, off;
+    lflare__place_at(&m->bundle, k, 0, t, at);
+    lflare__place_slopes(&m->bundle, k, 0, t, j);
+    at[0] = sensor[0] - at[0];
+    at[1] = sensor[1] - at[1];
+    off = fabsf(at[0]) + fabsf(at[1]);
+    det = j[0] * j[3] - j[1] * j[2];
+    if (!(fabsf(det) > 1e-20f)) return 0;
+    *x = lflare__minf(lflare__maxf(*x + (at[0] * j[3] - at[1] * j[1]) / det, -2), 2);
+    *y = lflare__minf(lflare__maxf(*y + (at[1] * j[0] - at[0] * j[2]) / det, -2), 2);
+    lflare__terms_make(m->bundle.order, *x, *y, 1, t);
+    return off;
+}
+
+/* All channels at the place where the lead channel's ray through (x, y) of the mesh's coordinates lands. */
 static void lflare__mesh_point_at(const lflare__mesher *m, float x, float y, lflare__mesh_point *out)
 {
     lflare__terms_at lead, t;
     int32_t k;
     x += m->bend * y * y;
-    lflare__terms_make(m->bundle.order, x, y, &lead);
+    lflare__terms_make(m->bundle.order, x, y, 1, &lead);
     lflare__place_at(&m->bundle, m->lead, 0, &lead, out->sensor);
     for (k = m->begin; k < m->end; k++) {
-        float j[4], px = x, py = y;
+        float j[4], px = x, py = y, fx[LFLARE__EVEN_FIELDS], fy[LFLARE__PLACES];
         t = lead;
-        if (k != m->lead) lflare__mesh_match(m, k, out->sensor, &px, &py, &t);
-        out->closed[k] = lflare__mesh_closed(m, k, px, &t, out);
+        if (k != m->lead && lflare__mesh_match(m, k, out->sensor, &px, &py, &t) > 0.02f * m->reach) lflare__mesh_match(m, k, out->sensor, &px, &py, &t);
+        lflare__fields_at(&m->bundle, k, &t, fx, fy);
+        out->closed[k] = lflare__mesh_closed(m, k, px, py, fx, fy, out);
         lflare__place_slopes(&m->bundle, k, 0, &t, j);
-        out->weight = lflare__weight_at(&m->bundle, k, &t);
+        out->weight = lflare__weight_of(&m->bundle, fx[LFLARE__PLACES]);
         out->shrink = (j[0] * j[3] - j[1] * j[2]) / (m->bundle.half[0] * m->bundle.half[1]);
         out->irradiance[k] = out->weight / lflare__maxf(fabsf(out->shrink), 1e-12f);
     }
 }
 
-static float lflare__mesh_open(const lflare__mesher *m, float x, float y, int any)
-{
-    lflare__mesh_point p;
-    float c;
-    int32_t k;
-    lflare__mesh_point_at(m, x, y, &p);
-    c = p.closed[m->begin];
-    for (k = m->begin + 1; k < m->end; k++) c = any ? lflare__minf(c, p.closed[k]) : lflare__maxf(c, p.closed[k]);
-    return 1 - c;
-}
-
-/* The most open point of the mirror plane, for any channel. */
-static float lflare__mesh_widest(const lflare__mesher *m, float *at)
+/* The most open point of the mirror plane for one channel. */
+static float lflare__mesh_widest_of(const lflare__mesher *m, int32_t k, float *at)
 {
     float best = -9, step = 0.15f;
     int32_t i, side;
     for (i = -8; i <= 8; i++) {
-        float x = 0.15f * (float)i, open = lflare__mesh_open(m, x, 0, 1);
-        if (open > best) best = open, *at = x;
+        float open = lflare__mesh_open(m, k, 0.15f * (float)i, 0);
+        if (open > best) best = open, *at = 0.15f * (float)i;
     }
-    for (i = 0; i < 12; i++) {
+    for (i = 0; i < 9; i++) {
         float x = *at;
         step *= 0.6f;
         for (side = -1; side <= 1; side += 2) {
-            float open = lflare__mesh_open(m, x + (float)side * step, 0, 1);
+            float open = lflare__mesh_open(m, k, x + (float)side * step, 0);
             if (open > best) best = open, *at = x + (float)side * step;
         }
     }
     return best;
 }
 
-/* How far from (x, y) along (dx, dy) it stays open, in any channel or in all. */
-static float lflare__mesh_extent(const lflare__mesher *m, float x, float y, float dx, float dy, float guess, int any)
+/* The same for the channel that leads; where that is nearly shut, for the one that is most open, which leads from here on. */
+static float lflare__mesh_widest(lflare__mesher *m, float *at)
 {
-    float near = 0, far = guess, open_near = lflare__mesh_open(m, x, y, any), open_far;
+    float best = lflare__mesh_widest_of(m, m->lead, at), there = 0;
+    int32_t k;
+    for (k = m->begin; k < m->end && best < 0.05f; k++) {
+        float open = lflare__mesh_widest_of(m, k, &there);
+        if (open > best) best = open, *at = there, m->lead = k;
+    }
+    return best;
+}
+
+/* How far from (x, y) along (dx, dy) channel k stays open. */
+static float lflare__mesh_extent(const lflare__mesher *m, int32_t k, float x, float y, float dx, float dy, float guess)
+{
+    float near = 0, far = guess, open_near = lflare__mesh_open(m, k, x, y), open_far = 0;
     int32_t i;
     if (open_near <= 0) return 0;
-    for (i = 0; i < 12 && (open_far = lflare__mesh_open(m, x + far * dx, y + far * dy, any)) > 0; i++) {
+    for (i = 0; i < 12; i++) {
+        open_far = lflare__mesh_open(m, k, x + far * dx, y + far * dy);
+        if (open_far <= 0) break;
         near = far;
         open_near = open_far;
         far *= 1.5f;
     }
-    open_far = lflare__mesh_open(m, x + far * dx, y + far * dy, any);
-    for (i = 0; i < 12 && far - near > 1e-3f * far; i++) { /* regula falsi, kept from creeping */
+    for (i = 0; i < 10 && far - near > 1e-3f * far; i++) { /* regula falsi, kept from creeping */
         float share = i % 3 == 2 ? 0.5f : lflare__minf(lflare__maxf(open_near / (open_near - open_far), 0.02f), 0.98f);
-        float middle = near + share * (far - near), open = lflare__mesh_open(m, x + middle * dx, y + middle * dy, any);
+        float middle = near + share * (far - near), open = lflare__mesh_open(m, k, x + middle * dx, y + middle * dy);
+        if (fabsf(open) < 3e-4f) return middle;
         if (open > 0) near = middle, open_near = open;
         else far = middle, open_far = open;
     }
-    return any ? far : near;
+    return 0.5f * (near + far);
 }
 
 /* Centre, unit and bend of the polar coordinates; 0 if all is closed. What two rims leave may be a crescent: bent by how its middle
@@ -3827,17 +3867,17 @@ static int lflare__mesh_place(lflare__mesher *m)
         m->middle = x;
         return 0;
     }
-    hi = x + lflare__mesh_extent(m, x, 0, 1, 0, 0.5f, 1);
-    lo = x - lflare__mesh_extent(m, x, 0, -1, 0, 0.5f, 1);
+    hi = x + lflare__mesh_extent(m, m->lead, x, 0, 1, 0, 0.5f);
+    lo = x - lflare__mesh_extent(m, m->lead, x, 0, -1, 0, 0.5f);
     m->middle = 0.5f * (lo + hi);
     m->half[0] = lflare__maxf(0.5f * (hi - lo), 1e-5f);
-    up = 0.7f * lflare__mesh_extent(m, m->middle, 0, 0, 1, 0.5f, 1);
+    up = 0.7f * lflare__mesh_extent(m, m->lead, m->middle, 0, 0, 1, 0.5f);
     if (up > 0) {
-        hi = m->middle + lflare__mesh_extent(m, m->middle, up, 1, 0, m->half[0], 1);
-        lo = m->middle - lflare__mesh_extent(m, m->middle, up, -1, 0, m->half[0], 1);
+        hi = m->middle + lflare__mesh_extent(m, m->lead, m->middle, up, 1, 0, m->half[0]);
+        lo = m->middle - lflare__mesh_extent(m, m->lead, m->middle, up, -1, 0, m->half[0]);
         m->bend = (0.5f * (lo + hi) - m->middle) / (up * up);
     }
-    m->half[1] = lflare__maxf(lflare__mesh_extent(m, m->middle, 0, 0, 1, 0.5f, 1), 1e-5f);
+    m->half[1] = lflare__maxf(lflare__mesh_extent(m, m->lead, m->middle, 0, 0, 1, 0.5f), 1e-5f);
     return 1;
 }
 
@@ -3845,21 +3885,23 @@ static int lflare__mesh_place(lflare__mesher *m)
 static int lflare__mesh_ragged(lflare__mesher *m)
 {
     int32_t i, j, k;
-    lflare__mesh_point p;
-    lflare__terms_at t;
     if (!lflare__mesh_place(m)) return 0;
-    for (j = 0; j <= 6; j++)
-        for (i = -6; i <= 6; i++) {
-            float y = (float)j / 6, x = (float)i / 5;
-            lflare__terms_make(m->bundle.order, x, y, &t);
-            if (lflare__mesh_closed(m, m->lead, x, &t, &p) > 0.95f) continue;
-            for (k = 1; k <= 5; k++) { /* on the way to the centre, in the mesh's coordinates */
-                float f = (float)k / 6, from = x - m->bend * y * y, py = f * y, px = m->middle + f * (from - m->middle) + m->bend * py * py;
-                lflare__terms_make(m->bundle.order, px, py, &t);
-                if (lflare__mesh_closed(m, m->lead, px, &t, &p) > 1.02f) return 1;
-            }
+    for (j = 0; j <= 3; j++)
+        for (i = -4; i <= 4; i++) {
+            float y = 0.3f * (float)j, x = 0.28f * (float)i - m->bend * y * y;
+            if (lflare__mesh_open(m, m->lead, x, y) < 0.04f) continue;
+            for (k = 1; k <= 3; k++) /* on the way to the centre */
+                if (lflare__mesh_open(m, m->lead, m->middle + 0.25f * (float)k * (x - m->middle), 0.25f * (float)k * y) < -0.02f) return 1;
         }
     return 0;
+}
+
+static float lflare__mesh_any_open(const lflare__mesher *m, float x, float y)
+{
+    float open = -9;
+    int32_t k;
+    for (k = m->begin; k < m->end; k++) open = lflare__maxf(open, lflare__mesh_open(m, k, x, y));
+    return open;
 }
 
 /* Centre and unit for a ragged mesh: the bounds of what is open. */
@@ -3871,7 +3913,7 @@ static int lflare__mesh_bounds(lflare__mesher *m)
     for (j = 0; j <= 16; j++)
         for (i = -16; i <= 16; i++) {
             float x = 0.08f * (float)i, y = 0.08f * (float)j;
-            if (lflare__mesh_open(m, x, y, 1) <= -0.03f) continue;
+            if (lflare__mesh_any_open(m, x, y) <= -0.03f) continue;
             lo = lflare__minf(lo, x);
             hi = lflare__maxf(hi, x);
             up = lflare__maxf(up, y);
@@ -3887,7 +3929,7 @@ static float lflare__mesh_outermost(const lflare__mesher *m, float x, float y)
 {
     int32_t i;
     for (i = 24; i > 1; i--)
-        if (lflare__mesh_open(m, m->middle + (float)i / 16 * x, (float)i / 16 * y, 1) > -0.03f) break;
+        if (lflare__mesh_any_open(m, m->middle + (float)i / 16 * x, (float)i / 16 * y) > -0.03f) break;
     return (float)(i + 1) / 16;
 }
 
@@ -3924,7 +3966,7 @@ static void lflare__mesh_spread(const lflare__mesher *m, float x, float y, float
     for (i = 0; i <= count; i++) {
         float at = outer * (float)i / (float)count, sensor[2];
         lflare__terms_at t;
-        lflare__terms_make(m->bundle.order, m->middle + at * x + m->bend * at * y * at * y, at * y, &t);
+        lflare__terms_make(m->bundle.order, m->middle + at * x + m->bend * at * y * at * y, at * y, 0, &t);
         lflare__place_at(&m->bundle, m->lead, 0, &t, sensor);
         if (i > 0) length[i] = length[i - 1] + sqrtf((sensor[0] - last[0]) * (sensor[0] - last[0]) + (sensor[1] - last[1]) * (sensor[1] - last[1]));
         last[0] = sensor[0];
@@ -3947,6 +3989,32 @@ static float lflare__mesh_ring_of(const float *places, int32_t rings, float plac
     if (!(places[rings] > 0) || place >= places[rings]) return places[rings] > 0 ? 1.0f : 0.0f;
     while (r + 1 < rings && places[r + 1] <= place) r++;
     return ((float)r + lflare__maxf(place - places[r], 0) / lflare__maxf(places[r + 1] - places[r], 1e-12f)) / (float)rings;
+}
+
+/* How far a direction is open in all channels, and in any: the lead channel's outline, and where the others' lie by how closed they
+   are there. */
+static void lflare__mesh_outline(lflare__mesher *m, float x, float y, float *inner, float *outer)
+{
+    float edge = lflare__mesh_extent(m, m->lead, m->middle, 0, x, y, 1), most = edge, least = edge;
+    lflare__mesh_point at, before;
+    int32_t k;
+    if (m->end - m->begin > 1 && edge > 0) {
+        lflare__mesh_point_at(m, m->middle + edge * x, edge * y, &at);
+        lflare__mesh_point_at(m, m->middle + 0.9f * edge * x, 0.9f * edge * y, &before);
+        for (k = m->begin; k < m->end; k++) {
+            float rate = lflare__maxf((at.closed[k] - before.closed[k]) / 0.1f, 0.2f), there = edge * (1 + (1 - at.closed[k]) / rate);
+            most = lflare__maxf(most, there);
+            least = lflare__minf(least, there);
+        }
+    }
+    *outer = edge + 1.1f * (lflare__minf(most, 3 * edge) - edge);
+    if (m->inscribed < 1) {
+        m->iris *= m->inscribed;
+        edge = lflare__mesh_extent(m, m->lead, m->middle, 0, x, y, edge);
+        m->iris /= m->inscribed;
+        least = lflare__minf(least, edge) - (most - least);
+    }
+    *inner = lflare__maxf(edge - 1.1f * (edge - least), 0);
 }
 
 /* What the vertices of a knot are, besides what is stored. */
@@ -4000,10 +4068,7 @@ static void lflare__mesh_knot(lflare__mesher *m, int32_t level, float *out)
         if (open && m->ragged) {
             outer = lflare__mesh_outermost(m, x, y);
         } else if (open) {
-            outer = lflare__mesh_extent(m, m->middle, 0, x, y, 1, 1);
-            m->iris *= m->inscribed;
-            inner = lflare__mesh_extent(m, m->middle, 0, x, y, outer, 0);
-            m->iris /= m->inscribed;
+            lflare__mesh_outline(m, x, y, &inner, &outer);
         }
         lflare__mesh_spread(m, x, y, outer, rings, places);
         for (r = 0; r <= rings; r++) {
@@ -4062,15 +4127,15 @@ static void lflare__mesh_lamps(const lflare_lens *lens, lflare_pair pair, const 
 }
 
 /* Where the ghost hides for the iris in force: a bisection on the polynomials. */
-static float lflare__mesh_hidden(lflare__mesher *m, const lflare__fit_ghost *ghost)
+static float lflare__mesh_hidden(lflare__mesher *m, const lflare__fit_ghost *ghost, int full)
 {
     float lo = 0, hi = ghost->hidden_angle, x;
     int32_t i;
-    lflare__bundle_at(ghost, 0.9999f * hi, &m->bundle);
-    if (lflare__mesh_widest(m, &x) > -0.02f) return hi;
+    if (full) return hi; /* the iris is that of the fit */
     for (i = 0; i < 12; i++) {
         float middle = 0.5f * (lo + hi);
         lflare__bundle_at(ghost, middle, &m->bundle);
+        m->lead = 1;
         if (lflare__mesh_widest(m, &x) > 0) lo = middle;
         else hi = middle;
     }
@@ -4107,7 +4172,7 @@ static void lflare__mesh_ghost(const lflare_lens *lens, lflare_tables *t, int32_
     m.begin = 0;
     m.end = LFLARE_WAVELENGTHS;
     m.bend = 0;
-    head[4] = lflare__mesh_hidden(&m, &ghost);
+    head[4] = lflare__mesh_hidden(&m, &ghost, m.iris > 0.999f * (float)lens->prescription.surfaces[lens->stop].semi_diameter);
     head[3] = 0.61e-6f * t->wavelengths[1] * lens_head[7]; /* radius that diffraction leaves, times that of the bundle */
     head[5] = 0;
     for (mesh = 0; mesh < (int32_t)head[6]; mesh++) {
@@ -4116,12 +4181,14 @@ static void lflare__mesh_ghost(const lflare_lens *lens, lflare_tables *t, int32_
         m.lead = ghost.folded ? mesh : 1;
         for (j = ragged = 0; j < LFLARE__KNOTS && !ragged; j++) {
             lflare__bundle_at(&ghost, lflare__knot_angle(j, head[4]), &m.bundle);
+            m.lead = ghost.folded ? mesh : 1;
             ragged = lflare__mesh_ragged(&m);
         }
         m.ragged = ragged;
         head[5] += (float)(ragged << mesh);
         for (j = 0; j < LFLARE__KNOTS; j++) {
             lflare__bundle_at(&ghost, lflare__knot_angle(j, head[4]) * (j == LFLARE__KNOTS - 1 ? 0.99999f : 1), &m.bundle);
+            m.lead = ghost.folded ? mesh : 1;
             lflare__mesh_knot(&m, ghost.level, out);
             out += 4 * (size_t)head[7];
         }
