@@ -774,6 +774,8 @@ typedef struct lflare_patch_vertex {
     float iris[LFLARE_WAVELENGTHS][2];     /* where the ray meets the iris, in units of its radius */
     float rim[LFLARE_WAVELENGTHS];         /* how far out on the rim that clips first, in units of its clear radius: inside is below 1 */
     float rim_soft;                        /* over which that rim's edge fades on either side, mm on the sensor */
+    float turn, bulge;                     /* counts directions; rims are round: subtract 4 bulge f (1 - f) from `rim`, f being the
+                                              fraction of `turn` */
 } lflare_patch_vertex;
 
 /* A patch of a mesh for one light. Quads between neighbours, each of two triangles with the diagonal from [k + 1][i] to [k][i + 1]:
@@ -3136,7 +3138,7 @@ enum {
 #define LFLARE__FIT_MARGIN 1.06
 
 typedef struct lflare__fit_sample {
-    double x, y, weight;              /* x, y in the knot's smooth box */
+    double x, y, weight, closed;      /* x, y in the knot's smooth box */
     double place[LFLARE__PLACES][2];
 } lflare__fit_sample;
 
@@ -3252,7 +3254,7 @@ static int lflare__fit_box(lflare__fitter *f, lflare__fit_knot *k)
 /* Boxes bend where one rim takes over from another; interpolated polynomials should not. */
 static void lflare__fit_smooth_boxes(lflare__fitter *f)
 {
-    double v[3][LFLARE__KNOTS];
+    double v[3][LFLARE__KNOTS], more[2] = {1, 1};
     int32_t pass, i, k;
     for (i = 0; i < LFLARE__KNOTS; i++) {
         v[0][i] = f->knots[i].middle;
@@ -3268,10 +3270,14 @@ static void lflare__fit_smooth_boxes(lflare__fitter *f)
                 before = here;
             }
         }
+    for (i = 0; i < LFLARE__KNOTS; i++) { /* enlarged alike so that all hold what they stand for */
+        more[0] = lflare__max(more[0], (f->knots[i].half[0] + fabs(f->knots[i].middle - v[0][i])) / v[1][i]);
+        more[1] = lflare__max(more[1], f->knots[i].half[1] / v[2][i]);
+    }
     for (i = 0; i < LFLARE__KNOTS; i++) {
         f->knots[i].unit_middle = v[0][i];
-        f->knots[i].unit[0] = v[1][i];
-        f->knots[i].unit[1] = v[2][i];
+        f->knots[i].unit[0] = v[1][i] * lflare__min(more[0], 2);
+        f->knots[i].unit[1] = v[2][i] * lflare__min(more[1], 2);
     }
 }
 
@@ -3315,7 +3321,8 @@ static void lflare__fit_shoot(lflare__fitter *f, lflare__fit_knot *knot, int32_t
             lflare__fit_sample *s = &knot->samples[k][n];
             lflare_ray ray;
             double x = knot->middle + knot->half[0] * cos(LFLARE__PI * (i + 0.5) / across), y = knot->half[1] * sin(0.5 * LFLARE__PI * (j + 0.5) / up);
-            if (lflare__closed(f, k, x, y, knot->slope, &ray, f->hits) > LFLARE__FIT_MARGIN) continue;
+            s->closed = lflare__closed(f, k, x, y, knot->slope, &ray, f->hits);
+            if (s->closed > LFLARE__FIT_MARGIN) continue;
             s->x = (x - knot->unit_middle) / knot->unit[0];
             s->y = y / knot->unit[1];
             for (p = 0; p < 2; p++) {
@@ -3482,33 +3489,49 @@ static int32_t lflare__fit_rims(lflare__fitter *f, int32_t step_count, int32_t *
     return rims;
 }
 
-/* How bent the map is: greatest distance on the sensor, in pixels of a picture 1280 wide, between a place and where linear
-   interpolation on the coarsest mesh puts it. Sets *folded if the map turns over among rays that pass. */
-static double lflare__fit_bend(const lflare__fitter *f, const lflare__fit_knot *knot, const lflare__bundle *b, int32_t *folded)
+/* Whether rays of other wavelengths that land at one place come in far from each other: over 0.2 of the box. */
+static int lflare__fit_apart(const lflare__bundle *b, const lflare__terms_at *t, const float *slopes)
 {
-    double bend = 0, step = 0.5 / 4; /* half a ring */
-    int32_t i, j, turned = 0, straight = 0;
+    float det = slopes[0] * slopes[3] - slopes[1] * slopes[2];
+    int32_t k;
+    for (k = 0; k < LFLARE_WAVELENGTHS; k += 2) {
+        float d[2];
+        lflare__place_at(b, k, 0, t, d); /* the difference from the middle wavelength */
+        if (fabsf(d[0] * slopes[3] - d[1] * slopes[1]) > 0.2f * fabsf(det) || fabsf(d[1] * slopes[0] - d[0] * slopes[2]) > 0.2f * fabsf(det)) return 1;
+    }
+    return 0;
+}
+
+/* How bent the map is, over rays that pass: distance on the sensor, in pixels of a picture 1280 wide (twice the root mean square),
+   between a place and where linear interpolation on the coarsest mesh puts it. Counts rays about which the map turns over, and those
+   whose colours are apart. */
+static double lflare__fit_bend(const lflare__fitter *f, const lflare__fit_knot *knot, const lflare__bundle *b, int32_t *turned, int32_t *apart)
+{
+    double sum = 0, step = 0.5 / 4; /* half a ring */
+    int32_t i, j, over = 0, count = 0;
     for (i = 0; i < knot->counts[1]; i++) {
         const lflare__fit_sample *s = &knot->samples[1][i];
         float p[3][2], slopes[4];
         lflare__terms_at t;
+        if (s->closed > 1) continue;
         for (j = 0; j < 2; j++) { /* along x, along y */
             int32_t e;
             for (e = 0; e < 3; e++) {
                 double shift = step * (e - 1);
-                lflare__terms_make(b->order, (float)(s->x * 0.9 + (j == 0 ? shift : 0)), (float)(s->y * 0.9 + (j == 1 ? shift : 0)), 1, &t);
+                lflare__terms_make(b->order, (float)(s->x + (j == 0 ? shift : 0)), (float)(s->y + (j == 1 ? shift : 0)), 1, &t);
                 lflare__place_at(b, 1, 0, &t, p[e]);
                 if (e == 1 && j == 0) {
                     lflare__place_slopes(b, 1, 0, &t, slopes);
-                    if (slopes[0] * slopes[3] - slopes[1] * slopes[2] < 0) turned++;
-                    else straight++;
+                    over += slopes[0] * slopes[3] - slopes[1] * slopes[2] < 0;
+                    *apart += lflare__fit_apart(b, &t, slopes);
+                    count++;
                 }
             }
-            bend = lflare__max(bend, 0.5 * (fabs((double)(p[0][0] - 2 * p[1][0] + p[2][0])) + fabs((double)(p[0][1] - 2 * p[1][1] + p[2][1]))));
+            for (e = 0; e < 2; e++) sum += 0.25 * (double)((p[0][e] - 2 * p[1][e] + p[2][e]) * (p[0][e] - 2 * p[1][e] + p[2][e]));
         }
     }
-    if (turned > 0 && straight > 0) *folded = 1;
-    return bend / f->pixel;
+    *turned += over < count - over ? over : count - over;
+    return count > 0 ? 2 * sqrt(sum / count) / f->pixel : 0;
 }
 
 static uint8_t *lflare__store_bytes(uint8_t *p, uint32_t v, int32_t count)
@@ -3560,7 +3583,7 @@ static size_t lflare__fit_one(lflare__fitter *f, lflare_pair pair, uint8_t *row,
 {
     static const int32_t orders[3] = {3, 5, 7};
     double hidden, worst = 0, bend = 0;
-    int32_t k, j, rims, steps[LFLARE_FIT_RIMS] = {0, 0, 0}, order = 0, folded = 0, level, tries, squarings;
+    int32_t k, j, rims, steps[LFLARE_FIT_RIMS] = {0, 0, 0}, order = 0, turned = 0, apart = 0, folded, level, tries, squarings;
     uint8_t *p = out;
     memset(row, 0, LFLARE__FIT_ROW);
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
@@ -3592,10 +3615,11 @@ static size_t lflare__fit_one(lflare__fitter *f, lflare_pair pair, uint8_t *row,
         for (j = 0; j < LFLARE__KNOTS; j++) worst = lflare__max(worst, lflare__fit_polynomials(f, &f->knots[j], order, rims, squarings, &f->bundles[j]));
     }
     for (j = 0; j < LFLARE__KNOTS; j++) {
-        bend = lflare__max(bend, lflare__fit_bend(f, &f->knots[j], &f->bundles[j], &folded));
+        bend = lflare__max(bend, lflare__fit_bend(f, &f->knots[j], &f->bundles[j], &turned, &apart));
         p = lflare__store_knot(p, &f->bundles[j]);
     }
-    for (level = 0; level < LFLARE__MAX_LEVEL && bend > 3; level++) bend /= 4;
+    folded = turned > 4 || apart > 8;
+    for (level = 0; level < LFLARE__MAX_LEVEL && bend > 4; level++) bend /= 4;
     lflare__store_float(row + 4, (float)hidden);
     row[8] = (uint8_t)order;
     row[9] = (uint8_t)rims;
@@ -3728,7 +3752,8 @@ typedef struct lflare__mesher {
 } lflare__mesher;
 
 typedef struct lflare__mesh_point {
-    float sensor[2], closed[LFLARE_WAVELENGTHS], irradiance[LFLARE_WAVELENGTHS], weight, shrink; /* of the channel last looked at */
+    float sensor[2], closed[LFLARE_WAVELENGTHS], irradiance[LFLARE_WAVELENGTHS], weight[LFLARE_WAVELENGTHS];
+    float shrink;             /* the leading channel's sensor area per entrance area, signed */
     float iris[LFLARE_WAVELENGTHS][2], rim[LFLARE_WAVELENGTHS]; /* in units of their radii; of the rim that clips first */
     float lamp;                                                 /* blur of that rim for the channel last looked at */
 } lflare__mesh_point;
@@ -3737,7 +3762,7 @@ typedef struct lflare__mesh_point {
    fitted counts as a rim. */
 static float lflare__mesh_closed(const lflare__mesher *m, int32_t k, float x, float y, const float *fx, const float *fy, lflare__mesh_point *out)
 {
-    float c, rim = lflare__maxf((fx[0] * fx[0] + fy[0] * fy[0]) / (m->reach * m->reach), lflare__maxf(x * x, y * y) * (1 / (1.3f * 1.3f)));
+    float c, rim = lflare__maxf((fx[0] * fx[0] + fy[0] * fy[0]) / (m->reach * m->reach), sqrtf(x * x * x * x + y * y * y * y) * (1 / (1.12f * 1.12f)));
     int32_t i;
     out->lamp = 0;
     for (i = 0; i < m->bundle.rims; i++) {
@@ -3790,15 +3815,16 @@ static void lflare__mesh_point_at(const lflare__mesher *m, float x, float y, lfl
     lflare__terms_make(m->bundle.order, x, y, 1, &lead);
     lflare__place_at(&m->bundle, m->lead, 0, &lead, out->sensor);
     for (k = m->begin; k < m->end; k++) {
-        float j[4], px = x, py = y, fx[LFLARE__EVEN_FIELDS], fy[LFLARE__PLACES];
+        float j[4], shrink, px = x, py = y, fx[LFLARE__EVEN_FIELDS], fy[LFLARE__PLACES];
         t = lead;
         if (k != m->lead && lflare__mesh_match(m, k, out->sensor, &px, &py, &t) > 0.02f * m->reach) lflare__mesh_match(m, k, out->sensor, &px, &py, &t);
         lflare__fields_at(&m->bundle, k, &t, fx, fy);
         out->closed[k] = lflare__mesh_closed(m, k, px, py, fx, fy, out);
         lflare__place_slopes(&m->bundle, k, 0, &t, j);
-        out->weight = lflare__weight_of(&m->bundle, fx[LFLARE__PLACES]);
-        out->shrink = (j[0] * j[3] - j[1] * j[2]) / (m->bundle.half[0] * m->bundle.half[1]);
-        out->irradiance[k] = out->weight / lflare__maxf(fabsf(out->shrink), 1e-12f);
+        shrink = (j[0] * j[3] - j[1] * j[2]) / (m->bundle.half[0] * m->bundle.half[1]);
+        if (k == m->lead) out->shrink = shrink;
+        out->weight[k] = lflare__weight_of(&m->bundle, fx[LFLARE__PLACES]);
+        out->irradiance[k] = out->weight[k] / lflare__maxf(fabsf(shrink), 1e-12f);
     }
 }
 
@@ -4007,7 +4033,7 @@ static void lflare__mesh_outline(lflare__mesher *m, float x, float y, float *inn
             least = lflare__minf(least, there);
         }
     }
-    *outer = edge + 1.1f * (lflare__minf(most, 3 * edge) - edge);
+    *outer = edge + 1.1f * (lflare__minf(most, 1.5f * edge) - edge);
     if (m->inscribed < 1) {
         m->iris *= m->inscribed;
         edge = lflare__mesh_extent(m, m->lead, m->middle, 0, x, y, edge);
@@ -4019,7 +4045,7 @@ static void lflare__mesh_outline(lflare__mesher *m, float x, float y, float *inn
 
 /* What the vertices of a knot are, besides what is stored. */
 typedef struct lflare__mesh_scratch {
-    float x, y, weight, shrink; /* entrance point, mm; sensor area per entrance area, signed */
+    float x, y, weight[LFLARE_WAVELENGTHS], shrink; /* entrance point, mm; the leading channel's sensor area per entrance area, signed */
 } lflare__mesh_scratch;
 
 enum { LFLARE__MESH_VERTICES = ((4 << LFLARE__MAX_LEVEL) + 1) * ((8 << LFLARE__MAX_LEVEL) + 1) };
@@ -4049,8 +4075,32 @@ static void lflare__mesh_caustics(const lflare__mesher *m, int32_t rings, int32_
                 most = lflare__maxf(most, lflare__maxf(a->shrink, b->shrink));
             }
             if (least > 0.3f * most || most < 0.3f * least) continue;
-            vertices[((size_t)r * (size_t)(directions + 1) + (size_t)d) * LFLARE__MESH_FLOATS + 2 + (size_t)m->lead] = here->weight * in / lflare__maxf(out, 1e-12f);
+for (i = m->begin; i < m->end; i++)
+                vertices[((size_t)r * (size_t)(directions + 1) + (size_t)d) * LFLARE__MESH_FLOATS + 2 + (size_t)i] = here->weight[i] * in / lflare__maxf(out, 1e-12f);
         }
+}
+
+/* Between two vertices of the outline a rim is an arc, along which its height stays while along the chord it falls: by how much
+   goes to the first ring's vertices, whose directions are one point. */
+static void lflare__mesh_bulges(const lflare__mesher *m, int32_t directions, const lflare__mesh_scratch *outline, const float *edge, float *centre)
+{
+    enum { F = LFLARE__MESH_FLOATS };
+    float last = 0, bulge = 0;
+    int32_t d;
+    for (d = 0; d <= directions; d++) {
+        if (d < directions) {
+            const lflare__mesh_scratch *a = &outline[d], *b = &outline[d + 1];
+            float fx[LFLARE__EVEN_FIELDS], fy[LFLARE__PLACES], y = 0.5f * (a->y + b->y) / m->bundle.half[1], x = m->middle + 0.5f * (a->x + b->x) / m->bundle.half[0];
+            lflare__mesh_point p;
+            lflare__terms_at t;
+            lflare__terms_make(m->bundle.order, x, y, 0, &t);
+            lflare__fields_at(&m->bundle, m->lead, &t, fx, fy);
+            lflare__mesh_closed(m, m->lead, x, y, fx, fy, &p);
+            bulge = 0.5f * (edge[d * F + 5 + m->lead] + edge[(d + 1) * F + 5 + m->lead]) - p.rim[m->lead];
+        }
+        centre[d * F + 15] = lflare__maxf(d == 0 ? bulge : d == directions ? last : 0.5f * (last + bulge), 0);
+        last = bulge;
+    }
 }
 
 /* One field angle of a mesh. */
@@ -4079,7 +4129,7 @@ static void lflare__mesh_knot(lflare__mesher *m, int32_t level, float *out)
             lflare__mesh_store(m, &p, v);
             s->x = (at * x + m->bend * at * y * at * y) * m->bundle.half[0];
             s->y = at * y * m->bundle.half[1];
-            s->weight = p.weight;
+            memcpy(s->weight, p.weight, sizeof s->weight);
             s->shrink = p.shrink;
             far[0] = lflare__minf(far[0], p.sensor[0]);
             far[1] = lflare__maxf(far[1], p.sensor[0]);
@@ -4096,12 +4146,13 @@ static void lflare__mesh_knot(lflare__mesher *m, int32_t level, float *out)
         length = sqrtf(tx * tx + ty * ty);
         in[15] = (float)rings * (length > 1e-12f ? fabsf((v[0] - in[0]) * ty - (v[1] - in[1]) * tx) / length : 0);
     }
+    if (!m->ragged) lflare__mesh_bulges(m, directions, &scratch[rings * (directions + 1)], vertices + (size_t)rings * row, vertices);
     for (r = 0; r < rings; r++)
         for (d = 0; d < directions; d++) {
             const float *v = vertices + (size_t)r * row + (size_t)d * F, *w = v + F;
             area += fabsf(lflare__mesh_area(v, v + row, w)) + fabsf(lflare__mesh_area(v + row, w, w + row));
         }
-    if (m->end - m->begin == 1) lflare__mesh_caustics(m, rings, directions, scratch, vertices);
+    lflare__mesh_caustics(m, rings, directions, scratch, vertices);
     memset(out, 0, sizeof(float) * 4 * LFLARE__MESH_KNOT_TEXELS);
     out[0] = sqrtf(area / (float)LFLARE__PI); /* both halves of the triangles */
     out[1] = m->lamps[0];
@@ -5100,6 +5151,9 @@ static void lflare__patch_vertex(const lflare__mesh_view *v, const lflare__patch
         out->rim[k] = a[5 + k] + f * (b[5 + k] - a[5 + k]);
     }
     out->rim_soft = lflare__patch_soft(p, a[14] + lflare__minf(f, 1) * (b[14] - a[14]));
+    lflare__mesh_vertex_at(v, 0, direction, a);
+    out->turn = side > 0 ? (float)direction : (float)(2 * v->directions - direction);
+    out->bulge = a[15];
 }
 
 /* From where to where the rim reaches in a direction, its soft edges included. */
@@ -5114,7 +5168,8 @@ static void lflare__patch_band(const lflare__mesh_view *v, const lflare__patch_s
     along = sqrtf(in[0] * in[0] + in[1] * in[1]) * (float)v->rings; /* no more than 4 times the width where the outline runs along a caustic */
     soft /= p->size * lflare__maxf(lflare__maxf(in[15], 0.25f * along), 1e-9f);
     *begin = lflare__maxf(edge[15] - soft - 0.01f, 0);
-    *end = 1 + soft;
+    lflare__mesh_vertex_at(v, 0, direction, in);
+    *end = 1 + soft + 1.2f * in[15]; /* heights grow by about 1 on the way */
 }
 
 LFLARE_API int32_t lflare_patch_resolve(const lflare_tables *t, const lflare_frame_data *f, lflare_instance instance, lflare_patch *out)
@@ -5514,7 +5569,7 @@ typedef struct lflare__plane {
 /* A triangle in pixels from the top left corner. */
 typedef struct lflare__triangle {
     double x[3], y[3], twice_area;
-    lflare__plane irradiance[3], iris[3][2], rim[3], rim_soft;
+    lflare__plane irradiance[3], iris[3][2], rim[3], rim_soft, bulge, turn;
 } lflare__triangle;
 
 /* Where a side crosses the middle of a row: the same to the bit whichever of its two triangles asks. */
@@ -5584,11 +5639,15 @@ static float lflare__rim_coverage(const lflare__triangle *t, int32_t k, float ir
 {
     static const lflare_blade round = {0, 0, 0, 1};
     lflare__cuts cuts = {{1, 1}, {0, 0}, {0, 0}};
-    float hx = lflare__plane_at(&t->iris[k][0], x, y), hy = lflare__plane_at(&t->iris[k][1], x, y);
+    float hx = lflare__plane_at(&t->iris[k][0], x, y), hy = lflare__plane_at(&t->iris[k][1], x, y), turn, bulge, bend;
     int32_t i;
     for (i = 0; i < iris->blade_count; i++) lflare__cut_iris(&cuts, t->iris[k], &iris->blades[i], hx, hy, iris_soft);
     if (iris->blade_count == 0) lflare__cut_iris(&cuts, t->iris[k], &round, hx, hy, iris_soft);
-    lflare__cut_slope(&cuts, lflare__plane_at(&t->rim[k], x, y) - 1, t->rim[k].dx, t->rim[k].dy, lflare__plane_at(&t->rim_soft, x, y));
+    turn = lflare__plane_at(&t->turn, x, y);
+    bulge = 4 * lflare__plane_at(&t->bulge, x, y);
+    bend = bulge * (1 - 2 * turn);
+    lflare__cut_slope(&cuts, lflare__plane_at(&t->rim[k], x, y) - 1 - bulge * turn * (1 - turn), t->rim[k].dx - bend * t->turn.dx, t->rim[k].dy - bend * t->turn.dy,
+                      lflare__plane_at(&t->rim_soft, x, y));
     return lflare__both(&cuts);
 }
 
@@ -5610,7 +5669,12 @@ static int lflare__triangle_make(const lflare_patch_vertex *const *v, const lfla
         for (i = 0; i < 2; i++) t->iris[k][i] = lflare__plane_make(t, v[0]->iris[k][i], v[1]->iris[k][i], v[2]->iris[k][i]);
         t->rim[k] = lflare__plane_make(t, v[0]->rim[k], v[1]->rim[k], v[2]->rim[k]);
     }
-    if (rim) t->rim_soft = lflare__plane_make(t, v[0]->rim_soft / f->pixel, v[1]->rim_soft / f->pixel, v[2]->rim_soft / f->pixel);
+    if (rim) {
+        float least = lflare__minf(v[0]->turn, lflare__minf(v[1]->turn, v[2]->turn)); /* a triangle lies between two directions */
+        t->rim_soft = lflare__plane_make(t, v[0]->rim_soft / f->pixel, v[1]->rim_soft / f->pixel, v[2]->rim_soft / f->pixel);
+        t->turn = lflare__plane_make(t, v[0]->turn - least, v[1]->turn - least, v[2]->turn - least);
+        t->bulge = lflare__plane_make(t, v[0]->bulge, v[1]->bulge, v[2]->bulge);
+    }
     return 1;
 }
 
@@ -6213,6 +6277,7 @@ static const char *const lflare__glsl_patch_frag[] = {
     "in vec4 v_iris01;\n"
     "in vec4 v_iris2;\n"
     "in vec3 v_rim;\n"
+    "in vec2 v_bulge;\n"
     "void cut_slope(vec3 over, vec3 gx, vec3 gy, float soft)\n"
     "{\n"
     "vec3 g = max(sqrt(gx * gx + gy * gy), vec3(1e-20));\n"
@@ -6222,6 +6287,7 @@ static const char *const lflare__glsl_patch_frag[] = {
     "{\n"
     "vec3 hx = vec3(v_iris01.xz, v_iris2.x), hy = vec3(v_iris01.yw, v_iris2.y);\n"
     "vec3 xx = dFdx(hx), xy = dFdy(hx), yx = dFdx(hy), yy = dFdy(hy), rim_x = dFdx(v_rim), rim_y = dFdy(v_rim);\n"
+    "float turn = fract(v_bulge.x), bend = v_bulge.y * (1.0 - 2.0 * turn);\n"
     "int blades = int(u_spectrum.w);\n"
     "uncut();\n"
     "for (int i = 0; i < max(blades, 1); i++) {\n"
@@ -6233,7 +6299,7 @@ static const char *const lflare__glsl_patch_frag[] = {
     "cut_slope(b.x * hx + b.y * hy - b.z, b.x * xx + b.y * yx, b.x * xy + b.y * yy, v_iris2.w);\n"
     "}\n"
     "}\n"
-    "cut_slope(v_rim - 1.0, rim_x, rim_y, v_iris2.z);\n"
+    "cut_slope(v_rim - 1.0 - v_bulge.y * turn * (1.0 - turn), rim_x - bend * dFdx(v_bulge.x), rim_y - bend * dFdy(v_bulge.x), v_iris2.z);\n"
     "o_color = vec4(v_irradiance * within(), 0.0);\n"
     "}\n"
     "#endif\n"
@@ -6250,6 +6316,7 @@ static const char *const lflare__glsl_patch_vert[] = {
     "#ifdef PATCH_RIM\n"
     "out vec4 v_iris01, v_iris2;\n"
     "out vec3 v_rim;\n"
+    "out vec2 v_bulge;\n"
     "#endif\n"
     "vec4 head(int i) { return texelFetch(u_mesh_heads, ivec2(i % HEADS_ROW, i / HEADS_ROW), 0); }\n"
     "vec4 mesh(int i) { return texelFetch(u_mesh_table, ivec2(i % MESH_ROW, i / MESH_ROW), 0); }\n"
@@ -6281,6 +6348,7 @@ static const char *const lflare__glsl_patch_vert[] = {
     "#ifdef PATCH_RIM\n"
     "v_iris01 = v_iris2 = vec4(1.0);\n"
     "v_rim = vec3(1.0);\n"
+    "v_bulge = vec2(0.0);\n"
     "#endif\n"
     "if (place < int(u_strip.x)) irradiance *= uintBitsToFloat(texelFetch(u_visibility, ivec2(place, 0), 0).r);\n"
     "g_directions = int(h0.y);\n"
@@ -6315,6 +6383,7 @@ static const char *const lflare__glsl_patch_vert[] = {
     "if (corner == 19) across = 0;\n"
     "int direction = patch_index % sectors * (DIRECTIONS - 1) + across;\n"
     "float side = direction > g_directions ? -1.0 : 1.0;\n"
+    "float turn = float(direction);\n"
     "if (direction > g_directions) direction = 2 * g_directions - direction;\n"
     "int edge = vertex(g_rings, direction);\n"
     "vec4 edge3 = smooth_texel(edge + 3);\n"
@@ -6322,7 +6391,8 @@ static const char *const lflare__glsl_patch_vert[] = {
     "float run = length(smooth_texel(edge).xy - smooth_texel(vertex(g_rings - 1, direction)).xy) * float(g_rings);\n"
     "float reach = 1.1 * max(iris_soft, soft(edge3.z));\n"
     "reach /= size * max(max(g_rate, 0.25 * run), 1e-9);\n"
-    "float begin = max(edge3.w - reach - 0.01, 0.0), end = 1.0 + reach;\n"
+    "float bulge = smooth_texel(vertex(0, direction) + 3).w;\n"
+    "float begin = max(edge3.w - reach - 0.01, 0.0), end = 1.0 + reach + 1.2 * bulge;\n"
     "if (ragged) {\n"
     "begin = float(block) / float(blocks) * end;\n"
     "end *= float(block + 1) / float(blocks);\n"
@@ -6342,10 +6412,11 @@ static const char *const lflare__glsl_patch_vert[] = {
     "vec2 local = vec2(middle + size * (t0.x - middle), size * side * t0.y);\n"
     "#ifdef PATCH_RIM\n"
     "vec4 t2 = mix(smooth_texel(a + 2), smooth_texel(b + 2), f), a3 = smooth_texel(a + 3), b3 = smooth_texel(b + 3), t3 = mix(a3, b3, f);\n"
-    "mat2 turn = mat2(axis.x, axis.y, -axis.y * side, axis.x * side);\n"
-    "v_iris01 = vec4(turn * t2.xy, turn * t2.zw);\n"
-    "v_iris2 = vec4(turn * t3.xy, soft(mix(a3.z, b3.z, g)) / u_lens.x, iris_soft / u_lens.x);\n"
+    "mat2 to_sensor = mat2(axis.x, axis.y, -axis.y * side, axis.x * side);\n"
+    "v_iris01 = vec4(to_sensor * t2.xy, to_sensor * t2.zw);\n"
+    "v_iris2 = vec4(to_sensor * t3.xy, soft(mix(a3.z, b3.z, g)) / u_lens.x, iris_soft / u_lens.x);\n"
     "v_rim = mix(a1.yzw, b1.yzw, f);\n"
+    "v_bulge = vec2(turn, 4.0 * bulge);\n"
     "#endif\n"
     "vec2 position = vec2(local.x * axis.x - local.y * axis.y, local.x * axis.y + local.y * axis.x);\n"
     "position += u_lens.y * (style1.x * slope + style1.y * vec2(-slope.y, slope.x));\n"

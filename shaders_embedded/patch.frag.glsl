@@ -8,6 +8,7 @@ void main() { o_color = vec4(v_irradiance, 0.0); }
 in vec4 v_iris01;  /* red's and green's place on the iris */
 in vec4 v_iris2;   /* blue's; width of the soft rim, pixels; that of the iris */
 in vec3 v_rim;
+in vec2 v_bulge;   /* counts directions; 4 times how far rims bulge between them */
 
 void cut_slope(vec3 over, vec3 gx, vec3 gy, float soft)
 {
@@ -19,6 +20,7 @@ void main()
 {
     vec3 hx = vec3(v_iris01.xz, v_iris2.x), hy = vec3(v_iris01.yw, v_iris2.y);
     vec3 xx = dFdx(hx), xy = dFdy(hx), yx = dFdx(hy), yy = dFdy(hy), rim_x = dFdx(v_rim), rim_y = dFdy(v_rim);
+    float turn = fract(v_bulge.x), bend = v_bulge.y * (1.0 - 2.0 * turn);
     int blades = int(u_spectrum.w);
     uncut();
     for (int i = 0; i < max(blades, 1); i++) {
@@ -30,7 +32,7 @@ void main()
             cut_slope(b.x * hx + b.y * hy - b.z, b.x * xx + b.y * yx, b.x * xy + b.y * yy, v_iris2.w);
         }
     }
-    cut_slope(v_rim - 1.0, rim_x, rim_y, v_iris2.z);
+    cut_slope(v_rim - 1.0 - v_bulge.y * turn * (1.0 - turn), rim_x - bend * dFdx(v_bulge.x), rim_y - bend * dFdy(v_bulge.x), v_iris2.z);
     o_color = vec4(v_irradiance * within(), 0.0);
 }
 #endif

@@ -15,6 +15,7 @@ out vec3 v_irradiance;
 #ifdef PATCH_RIM
 out vec4 v_iris01, v_iris2; /* see patch.frag.glsl */
 out vec3 v_rim;
+out vec2 v_bulge;
 #endif
 
 vec4 head(int i) { return texelFetch(u_mesh_heads, ivec2(i % HEADS_ROW, i / HEADS_ROW), 0); }
@@ -53,6 +54,7 @@ void main()
 #ifdef PATCH_RIM
     v_iris01 = v_iris2 = vec4(1.0);
     v_rim = vec3(1.0);
+    v_bulge = vec2(0.0);
 #endif
     if (place < int(u_strip.x)) irradiance *= uintBitsToFloat(texelFetch(u_visibility, ivec2(place, 0), 0).r);
     g_directions = int(h0.y);
@@ -90,6 +92,7 @@ void main()
     if (corner == 19) across = 0;
     int direction = patch_index % sectors * (DIRECTIONS - 1) + across;
     float side = direction > g_directions ? -1.0 : 1.0;
+    float turn = float(direction);
     if (direction > g_directions) direction = 2 * g_directions - direction;
 
     /* from where to where the rim reaches */
@@ -99,7 +102,8 @@ void main()
     float run = length(smooth_texel(edge).xy - smooth_texel(vertex(g_rings - 1, direction)).xy) * float(g_rings);
     float reach = 1.1 * max(iris_soft, soft(edge3.z));
     reach /= size * max(max(g_rate, 0.25 * run), 1e-9);
-    float begin = max(edge3.w - reach - 0.01, 0.0), end = 1.0 + reach;
+    float bulge = smooth_texel(vertex(0, direction) + 3).w;
+    float begin = max(edge3.w - reach - 0.01, 0.0), end = 1.0 + reach + 1.2 * bulge;
     if (ragged) {
         begin = float(block) / float(blocks) * end;
         end *= float(block + 1) / float(blocks);
@@ -119,10 +123,11 @@ void main()
     vec2 local = vec2(middle + size * (t0.x - middle), size * side * t0.y);
 #ifdef PATCH_RIM
     vec4 t2 = mix(smooth_texel(a + 2), smooth_texel(b + 2), f), a3 = smooth_texel(a + 3), b3 = smooth_texel(b + 3), t3 = mix(a3, b3, f);
-    mat2 turn = mat2(axis.x, axis.y, -axis.y * side, axis.x * side);
-    v_iris01 = vec4(turn * t2.xy, turn * t2.zw);
-    v_iris2 = vec4(turn * t3.xy, soft(mix(a3.z, b3.z, g)) / u_lens.x, iris_soft / u_lens.x);
+    mat2 to_sensor = mat2(axis.x, axis.y, -axis.y * side, axis.x * side);
+    v_iris01 = vec4(to_sensor * t2.xy, to_sensor * t2.zw);
+    v_iris2 = vec4(to_sensor * t3.xy, soft(mix(a3.z, b3.z, g)) / u_lens.x, iris_soft / u_lens.x);
     v_rim = mix(a1.yzw, b1.yzw, f);
+    v_bulge = vec2(turn, 4.0 * bulge);
 #endif
     vec2 position = vec2(local.x * axis.x - local.y * axis.y, local.x * axis.y + local.y * axis.x);
     position += u_lens.y * (style1.x * slope + style1.y * vec2(-slope.y, slope.x));
