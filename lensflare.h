@@ -170,7 +170,7 @@
        settings  style     ghost:  (tint rgb, scale)(move along, move across, field angle where hidden, 1/that)
        settings  cull      active ghosts, strongest first: bounds, for the CPU's loop                       28 bytes
        settings  mesh_head ghost: (first texel, directions, rings, diffraction)(hidden angle, ragged, meshes, texels a knot)
-       settings  mesh      ghost: 12 field angles x 2 texels of the whole, then 4 a vertex                  about 70 KB
+       settings  mesh      ghost: 12 field angles x 2 texels of the whole, then 4 a vertex           about 170 to 500 KB
        settings  blades    (normal x y, distance, arc radius) per blade
        frame     lights    64 bytes each
        instance            ghost, light, patch, band: four 16-bit numbers                                    8 bytes
@@ -547,13 +547,13 @@ typedef struct lflare_aberration_desc {
     void *user;              /* of both */
 } lflare_aberration_desc;
 
-/* Fits polynomials to exact rays of every ghost (P 8), once per lens: about 5 ms a ghost. *fit is allocated, *size bytes long, free
-   it with the same callback: a block of bytes to store, to load at any address and to give to lflare_desc. Takes 3 MB while it works.
+/* Fits polynomials to exact rays of every ghost (P 8), once per lens: 4 to 8 ms a ghost. *fit is allocated, *size bytes long, free
+   it with the same callback: a block of bytes to store, to load at any address and to give to lflare_desc. Takes 6 MB while it works.
    LFLARE_INCOMPLETE if `progress` stopped it, with nothing left behind. desc and error may be NULL. Not with LFLARE_NO_TRACE. */
 LFLARE_API lflare_result lflare_aberration_fit(const lflare_lens *lens, const lflare_aberration_desc *desc, void **fit, size_t *size, lflare_error *error);
 
 /* Whether a fit is whole, of this version, and of this lens; error (may be NULL) says what is wrong. Any bytes are safe. What
-   follows may then read it. 50 us a megabyte. */
+   follows may then read it. 0.1 ms a megabyte. */
 LFLARE_API lflare_result lflare_aberration_check(const lflare_lens *lens, const void *fit, size_t size, lflare_error *error);
 
 /* What a fit says of a ray, as lflare_ray would. */
@@ -689,7 +689,7 @@ LFLARE_API lflare_tables_size lflare_tables_layout(const lflare_lens *lens, cons
 LFLARE_API lflare_result lflare_tables_prepare(const lflare_lens *lens, lflare_tables *tables, int32_t begin, int32_t end);
 
 /* Configure, in three parts that may be spread over frames: begin (iris, overrides checked), any number of ranges
-   covering all ghosts (50 to 120 us a ghost), end (order, normalisation). The lens tables must be whole. */
+   covering all ghosts (50 to 120 us a ghost, with meshes 3 to 5 ms), end (order, normalisation). The lens tables must be whole. */
 LFLARE_API lflare_result lflare_tables_configure_begin(const lflare_lens *lens, lflare_tables *tables, const lflare_settings *settings,
                                                        lflare_error *error);
 LFLARE_API void lflare_tables_configure_range(const lflare_lens *lens, lflare_tables *tables, const lflare_settings *settings, int32_t begin,
@@ -2598,7 +2598,7 @@ enum {
     LFLARE__EVEN = 30,                     /* even terms of that order */
     LFLARE__ODD = 25,
     LFLARE__MAX_LEVEL = 2,                 /* of a mesh's density */
-    LFLARE__MESH_KNOT_TEXELS = 2,          /* radius of a disc of its area, blur of the iris, radius of the bundle, 0; bounds */
+    LFLARE__MESH_KNOT_TEXELS = 2,          /* radius of a disc of its area, blur of the iris, radius of the bundle, flux; bounds, flux */
     LFLARE__MESH_FLOATS = 16,              /* of a vertex: place, irradiances, rims, places on the iris, blur of the rim, see mesh_knot */
     LFLARE__PLACES = 2 + LFLARE_FIT_RIMS,  /* sensor, stop, rims */
     LFLARE__EVEN_FIELDS = 12,              /* x of the places, the weight, room up to whole vectors */
@@ -2822,7 +2822,7 @@ static void lflare__fields_at(const lflare__bundle *b, int32_t k, const lflare__
 static float lflare__weight_of(const lflare__bundle *b, float root)
 {
     int32_t i;
-    root = lflare__maxf(root, 0);
+    root = lflare__minf(lflare__maxf(root, 0), 1); /* beyond what was fitted it may be anything */
     for (i = 0; i < b->squarings; i++) root *= root;
     return root;
 }
@@ -2832,17 +2832,23 @@ static float lflare__weight_at(const lflare__bundle *b, int32_t k, const lflare_
     return lflare__weight_of(b, lflare__sum_even(b, k, LFLARE__PLACES, t->value));
 }
 
-/* Eight lanes, so that a megabyte takes 50 us. */
+/* Written out, compilers make one load of it. */
+static uint64_t lflare__get_long(const uint8_t *p)
+{
+    return (uint64_t)p[0] | (uint64_t)p[1] << 8 | (uint64_t)p[2] << 16 | (uint64_t)p[3] << 24 | (uint64_t)p[4] << 32 | (uint64_t)p[5] << 40 |
+           (uint64_t)p[6] << 48 | (uint64_t)p[7] << 56;
+}
+
+/* Eight lanes side by side: 0.1 ms a megabyte. */
 static uint64_t lflare__hash_bytes(const uint8_t *p, size_t size)
 {
-    uint64_t lane[8], hash = size, word;
+    uint64_t lane[8], hash = size;
     size_t i;
     int32_t k;
     for (k = 0; k < 8; k++) lane[k] = (uint64_t)k;
     for (i = 0; i + 64 <= size; i += 64)
         for (k = 0; k < 8; k++) {
-            word = (uint64_t)lflare__get_bytes(p + i + 8 * k, 4) | (uint64_t)lflare__get_bytes(p + i + 8 * k + 4, 4) << 32;
-            lane[k] = (lane[k] ^ word) * 0x9E3779B97F4A7C15u;
+            lane[k] = (lane[k] ^ lflare__get_long(p + i + 8 * k)) * 0x9E3779B97F4A7C15u;
             lane[k] ^= lane[k] >> 29;
         }
     for (; i < size; i++) hash = (hash ^ p[i]) * 0x9E3779B97F4A7C15u;
@@ -2912,7 +2918,9 @@ LFLARE_API lflare_result lflare_aberration_check(const lflare_lens *lens, const 
     int32_t g;
     if (error != NULL) memset(error, 0, sizeof *error);
     if (lens == NULL || fit == NULL) return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "no lens or no fit given");
-    if (size < LFLARE__FIT_HEAD || memcmp(p, lflare__fit_magic, 6) != 0) return lflare__fail(error, LFLARE_ERROR_FIT, 0, 0, "this is not a fit: it does not begin with LFLFIT");
+    if (memcmp(p, lflare__fit_magic, size < 6 ? size : 6) != 0 || size == 0)
+        return lflare__fail(error, LFLARE_ERROR_FIT, 0, 0, "this is not a fit: it does not begin with LFLFIT");
+    if (size < LFLARE__FIT_HEAD) return lflare__fail(error, LFLARE_ERROR_FIT, 0, 0, "the fit is cut off: %g bytes, less than its head", (double)size);
     if (lflare__get_bytes(p + 6, 2) != LFLARE__FIT_VERSION)
         return lflare__fail(error, LFLARE_ERROR_FIT, 0, 0, "the fit has version %i, this library reads %i: make it anew", (int32_t)lflare__get_bytes(p + 6, 2),
                             (int32_t)LFLARE__FIT_VERSION);
@@ -3130,7 +3138,7 @@ LFLARE_API lflare_fate lflare_path_trace(const lflare_path *path, const double e
 /* -- fitting the polynomials of room "aberration" to exact rays -- */
 
 enum {
-    LFLARE__FIT_RAYS = 14 * 7, /* of a knot: Chebyshev places along x, and along y on one side of the mirror plane */
+    LFLARE__FIT_RAYS = 16 * 8, /* of a knot, at most: Chebyshev places along x, and along y on one side of the mirror plane */
     LFLARE__FIT_ROWS = LFLARE__FIT_RAYS + LFLARE__EVEN /* of a least squares problem, those of the ridge counted */
 };
 
@@ -3217,7 +3225,7 @@ static double lflare__fit_hidden(lflare__fitter *f)
         if (lflare__least_closed(f, tan(middle), 1, &x) <= 1) lo = middle;
         else hi = middle;
     }
-    return hi;
+    return lo; /* where rays still pass, up to total reflection perhaps */
 }
 
 /* From a ray that passes, along (dx, dy), to the fit's margin: how far. */
@@ -3581,7 +3589,7 @@ static uint8_t *lflare__store_knot(uint8_t *p, const lflare__bundle *b)
 /* Fits one ghost; writes its row, and its knots to `out`. Returns the bytes of the knots, 0 if no light comes this way. */
 static size_t lflare__fit_one(lflare__fitter *f, lflare_pair pair, uint8_t *row, uint8_t *out)
 {
-    static const int32_t orders[3] = {3, 5, 7};
+    static const int32_t orders[4] = {3, 5, 7, 9};
     double hidden, worst = 0, bend = 0;
     int32_t k, j, rims, steps[LFLARE_FIT_RIMS] = {0, 0, 0}, order = 0, turned = 0, apart = 0, folded, level, tries, squarings;
     uint8_t *p = out;
@@ -3600,18 +3608,23 @@ static size_t lflare__fit_one(lflare__fitter *f, lflare_pair pair, uint8_t *row,
     }
     lflare__fit_smooth_boxes(f);
     for (j = 0; j < LFLARE__KNOTS; j++) {
-        lflare__fit_shoot(f, &f->knots[j], 1, 14, 7, 0, NULL);
+        lflare__fit_shoot(f, &f->knots[j], 1, 12, 7, 0, NULL);
         if (f->knots[j].counts[1] < 4) return 0;
     }
     rims = lflare__fit_rims(f, f->paths[1].step_count, steps);
     for (j = 0; j < LFLARE__KNOTS; j++) {
         lflare__fit_take_rims(&f->knots[j], rims, steps);
-        for (k = 0; k < LFLARE_WAVELENGTHS; k += 2) lflare__fit_shoot(f, &f->knots[j], k, 10, 5, rims, steps);
+        for (k = 0; k < LFLARE_WAVELENGTHS; k += 2) lflare__fit_shoot(f, &f->knots[j], k, 8, 4, rims, steps);
     }
     squarings = lflare__fit_squarings(f, 5);
-    for (tries = 0; tries < 3 && (tries == 0 || worst > 0.2 * f->pixel); tries++) {
+    for (tries = 0; tries < 4 && (tries == 0 || worst > 0.2 * f->pixel); tries++) {
         order = orders[tries];
         worst = 0;
+        for (j = 0; j < LFLARE__KNOTS && tries == 2; j++) { /* more terms need more rays */
+            lflare__fit_shoot(f, &f->knots[j], 1, 16, 8, 0, NULL);
+            lflare__fit_take_rims(&f->knots[j], rims, steps);
+            for (k = 0; k < LFLARE_WAVELENGTHS; k += 2) lflare__fit_shoot(f, &f->knots[j], k, 12, 6, rims, steps);
+        }
         for (j = 0; j < LFLARE__KNOTS; j++) worst = lflare__max(worst, lflare__fit_polynomials(f, &f->knots[j], order, rims, squarings, &f->bundles[j]));
     }
     for (j = 0; j < LFLARE__KNOTS; j++) {
@@ -3800,8 +3813,8 @@ static float lflare__mesh_match(const lflare__mesher *m, int32_t k, const float 
     off = fabsf(at[0]) + fabsf(at[1]);
     det = j[0] * j[3] - j[1] * j[2];
     if (!(fabsf(det) > 1e-20f)) return 0;
-    *x = lflare__minf(lflare__maxf(*x + (at[0] * j[3] - at[1] * j[1]) / det, -2), 2);
-    *y = lflare__minf(lflare__maxf(*y + (at[1] * j[0] - at[0] * j[2]) / det, -2), 2);
+    *x = lflare__minf(lflare__maxf(*x + (at[0] * j[3] - at[1] * j[1]) / det, -1.3f), 1.3f);
+    *y = lflare__minf(lflare__maxf(*y + (at[1] * j[0] - at[0] * j[2]) / det, -1.3f), 1.3f);
     lflare__terms_make(m->bundle.order, *x, *y, 1, t);
     return off;
 }
@@ -3930,33 +3943,18 @@ static float lflare__mesh_any_open(const lflare__mesher *m, float x, float y)
     return open;
 }
 
-/* Centre and unit for a ragged mesh: the bounds of what is open. */
-static int lflare__mesh_bounds(lflare__mesher *m)
+/* Widens bounds (least and greatest x, greatest y) by what is open. */
+static void lflare__mesh_bounds(const lflare__mesher *m, float *bounds)
 {
-    float lo = 9, hi = -9, up = 0;
     int32_t i, j;
-    m->bend = 0;
-    for (j = 0; j <= 16; j++)
-        for (i = -16; i <= 16; i++) {
+    for (j = 0; j <= 14; j++)
+        for (i = -14; i <= 14; i++) {
             float x = 0.08f * (float)i, y = 0.08f * (float)j;
             if (lflare__mesh_any_open(m, x, y) <= -0.03f) continue;
-            lo = lflare__minf(lo, x);
-            hi = lflare__maxf(hi, x);
-            up = lflare__maxf(up, y);
+            bounds[0] = lflare__minf(bounds[0], x);
+            bounds[1] = lflare__maxf(bounds[1], x);
+            bounds[2] = lflare__maxf(bounds[2], y);
         }
-    m->middle = lo > hi ? 0 : 0.5f * (lo + hi);
-    m->half[0] = lflare__maxf(0.5f * (hi - lo) + 0.08f, 1e-5f);
-    m->half[1] = up + 0.08f;
-    return lo <= hi;
-}
-
-/* Where a direction of a ragged mesh ends: beyond the outermost that is open. */
-static float lflare__mesh_outermost(const lflare__mesher *m, float x, float y)
-{
-    int32_t i;
-    for (i = 24; i > 1; i--)
-        if (lflare__mesh_any_open(m, m->middle + (float)i / 16 * x, (float)i / 16 * y) > -0.03f) break;
-    return (float)(i + 1) / 16;
 }
 
 static void lflare__mesh_store(const lflare__mesher *m, const lflare__mesh_point *p, float *out)
@@ -4080,6 +4078,20 @@ for (i = m->begin; i < m->end; i++)
         }
 }
 
+/* What comes in through the whole mesh, mm^2 of entrance times weight; nothing through a ragged one, whose parts are not known. */
+static void lflare__mesh_flux(const lflare__mesher *m, int32_t rings, int32_t directions, const lflare__mesh_scratch *scratch, float *flux)
+{
+    int32_t r, d, k, half;
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) flux[k] = 0;
+    for (r = 0; r < rings && !m->ragged; r++)
+        for (d = 0; d < directions; d++)
+            for (half = 0; half < 2; half++) {
+                const lflare__mesh_scratch *a = &scratch[(r + half) * (directions + 1) + d], *b = &scratch[(r + 1) * (directions + 1) + d + half], *c = &scratch[r * (directions + 1) + d + 1];
+                float area = fabsf((b->x - a->x) * (c->y - a->y) - (c->x - a->x) * (b->y - a->y)); /* of both halves of the bundle */
+                for (k = m->begin; k < m->end; k++) flux[k] += area * (a->weight[k] + b->weight[k] + c->weight[k]) / 3;
+            }
+}
+
 /* Between two vertices of the outline a rim is an arc, along which its height stays while along the chord it falls: by how much
    goes to the first ring's vertices, whose directions are one point. */
 static void lflare__mesh_bulges(const lflare__mesher *m, int32_t directions, const lflare__mesh_scratch *outline, const float *edge, float *centre)
@@ -4111,16 +4123,20 @@ static void lflare__mesh_knot(lflare__mesher *m, int32_t level, float *out)
     float *vertices = out + 4 * LFLARE__MESH_KNOT_TEXELS, far[2] = {1e30f, -1e30f}, up = 0, area = 0, places[(4 << LFLARE__MAX_LEVEL) + 1];
     size_t row = (size_t)(directions + 1) * F;
     lflare__mesh_scratch scratch[LFLARE__MESH_VERTICES];
-    int open = m->ragged ? lflare__mesh_bounds(m) : lflare__mesh_place(m);
+    float flux[LFLARE_WAVELENGTHS];
+    int open = m->ragged || lflare__mesh_place(m);
     for (d = 0; d <= directions; d++) {
         float angle = (float)LFLARE__PI * (float)d / (float)directions, x = m->half[0] * cosf(angle), y = d == 0 || d == directions ? 0 : m->half[1] * sinf(angle);
         float outer = 0, inner = 0;
         if (open && m->ragged) {
-            outer = lflare__mesh_outermost(m, x, y);
+            outer = 1;
         } else if (open) {
             lflare__mesh_outline(m, x, y, &inner, &outer);
         }
-        lflare__mesh_spread(m, x, y, outer, rings, places);
+        if (m->ragged)
+            for (r = 0; r <= rings; r++) places[r] = (float)r / (float)rings;
+        else
+            lflare__mesh_spread(m, x, y, outer, rings, places);
         for (r = 0; r <= rings; r++) {
             lflare__mesh_point p;
             lflare__mesh_scratch *s = &scratch[r * (directions + 1) + d];
@@ -4154,6 +4170,10 @@ static void lflare__mesh_knot(lflare__mesher *m, int32_t level, float *out)
         }
     lflare__mesh_caustics(m, rings, directions, scratch, vertices);
     memset(out, 0, sizeof(float) * 4 * LFLARE__MESH_KNOT_TEXELS);
+    lflare__mesh_flux(m, rings, directions, scratch, flux);
+    out[3] = flux[0];
+    out[6] = flux[1];
+    out[7] = flux[2];
     out[0] = sqrtf(area / (float)LFLARE__PI); /* both halves of the triangles */
     out[1] = m->lamps[0];
     out[2] = sqrtf(m->half[0] * m->bundle.half[0] * m->half[1] * m->bundle.half[1]);
@@ -4204,6 +4224,22 @@ static float lflare__iris_inscribed(const lflare_iris *iris)
     return least;
 }
 
+/* A ragged mesh lies over one ellipse at all field angles, since between two of them vertices are interpolated: an outline that
+   jumped would drag them across the picture. */
+static void lflare__mesh_frame(lflare__mesher *m, const lflare__fit_ghost *ghost, float hidden)
+{
+    float bounds[3] = {9, -9, 0};
+    int32_t j;
+    m->bend = 0;
+    for (j = 0; j < LFLARE__KNOTS; j++) {
+        lflare__bundle_at(ghost, lflare__knot_angle(j, hidden), &m->bundle);
+        lflare__mesh_bounds(m, bounds);
+    }
+    m->middle = bounds[0] > bounds[1] ? 0 : 0.5f * (bounds[0] + bounds[1]);
+    m->half[0] = bounds[0] > bounds[1] ? 0.1f : 1.2f * (0.5f * (bounds[1] - bounds[0]) + 0.06f);
+    m->half[1] = 1.2f * (bounds[2] + 0.06f);
+}
+
 /* All meshes of a ghost: one for the three channels together, or where the map turns over one for each. */
 static void lflare__mesh_ghost(const lflare_lens *lens, lflare_tables *t, int32_t g)
 {
@@ -4236,6 +4272,7 @@ static void lflare__mesh_ghost(const lflare_lens *lens, lflare_tables *t, int32_
             ragged = lflare__mesh_ragged(&m);
         }
         m.ragged = ragged;
+        if (ragged) lflare__mesh_frame(&m, &ghost, head[4]);
         head[5] += (float)(ragged << mesh);
         for (j = 0; j < LFLARE__KNOTS; j++) {
             lflare__bundle_at(&ghost, lflare__knot_angle(j, head[4]) * (j == LFLARE__KNOTS - 1 ? 0.99999f : 1), &m.bundle);
@@ -4551,10 +4588,10 @@ LFLARE_API lflare_result lflare_tables_configure_begin(const lflare_lens *lens, 
         if (!lflare__finite3(o->tint) || !(fabsf(o->ev) <= 60) || !(o->scale >= 0 && o->scale <= 1000) || !(fabsf(o->move[0]) <= 1000) || !(fabsf(o->move[1]) <= 1000))
             return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "override %i of ghost (%i,%i): a number is out of range", i, o->first, o->second);
     }
-    if (lflare_iris_make(lens, s->fnumber, s->blades, (double)s->blade_rotation, (double)s->blade_curvature, &t->iris, &fnumber) != LFLARE_OK)
-        return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "the iris has 0 or 3 to 16 blades, a finite rotation, a curvature from 0 to 1");
     if ((int)s->model < 0 || s->model > LFLARE_MODEL_POLYNOMIAL || (s->model == LFLARE_MODEL_POLYNOMIAL && t->mesh == NULL))
         return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "the polynomial model needs a fit: see lflare_aberration_fit");
+    if (lflare_iris_make(lens, s->fnumber, s->blades, (double)s->blade_rotation, (double)s->blade_curvature, &t->iris, &fnumber) != LFLARE_OK)
+        return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "the iris has 0 or 3 to 16 blades, a finite rotation, a curvature from 0 to 1");
     t->model = s->model == LFLARE_MODEL_PARAXIAL || t->mesh == NULL ? LFLARE_MODEL_PARAXIAL : LFLARE_MODEL_POLYNOMIAL;
     t->fnumber = (float)fnumber;
     t->ghost_budget = s->ghost_budget;
@@ -5080,7 +5117,8 @@ typedef struct lflare__mesh_view {
     const float *first;       /* knot that `share` begins with, its vertices */
     size_t knot, row;         /* floats from knot to knot, ring to ring */
     float share[4], knots[4 * LFLARE__MESH_KNOT_TEXELS]; /* what a knot says of the whole, interpolated */
-    int32_t rings, directions;
+    float part;               /* of the way from knot `between` (of the four) to the next */
+    int32_t between, rings, directions;
 } lflare__mesh_view;
 
 static int lflare__mesh_view_make(const lflare_tables *t, int32_t g, int32_t mesh, float angle, lflare__mesh_view *v)
@@ -5097,10 +5135,11 @@ static int lflare__mesh_view_make(const lflare_tables *t, int32_t g, int32_t mes
     knot = t->mesh + 4 * (size_t)head[0] + ((size_t)mesh * LFLARE__KNOTS + (size_t)first) * v->knot;
     v->first = knot + 4 * LFLARE__MESH_KNOT_TEXELS;
     at = lflare__knot_of(angle, head[4]) - (float)first;
-    i = (int32_t)lflare__minf(at, 2); /* linearly, so that what is positive stays so */
+    v->between = i = (int32_t)lflare__minf(at, 2);
+    v->part = at - (float)i; /* linearly, so that what is positive stays so */
     for (k = 0; k < 4 * LFLARE__MESH_KNOT_TEXELS; k++) {
         float a = knot[(size_t)i * v->knot + (size_t)k], b = knot[((size_t)i + 1) * v->knot + (size_t)k];
-        v->knots[k] = a + (at - (float)i) * (b - a);
+        v->knots[k] = a + v->part * (b - a);
     }
     return 1;
 }
@@ -5112,12 +5151,15 @@ static void lflare__mesh_vertex_at(const lflare__mesh_view *v, int32_t ring, int
     int32_t k;
     for (k = 0; k < LFLARE__MESH_FLOATS; k++)
         out[k] = v->share[0] * at[k] + v->share[1] * at[v->knot + (size_t)k] + v->share[2] * at[2 * v->knot + (size_t)k] + v->share[3] * at[3 * v->knot + (size_t)k];
+    at += (size_t)v->between * v->knot; /* irradiance linearly: next to caustics a cubic would swing */
+    for (k = 2; k < 5; k++) out[k] = at[k] + v->part * (at[v->knot + (size_t)k] - at[k]);
 }
 
 /* What all vertices of a patch share. */
 typedef struct lflare__patch_shape {
     const lflare_frame_light *light;
     const float *style;
+    float even, flat[LFLARE_WAVELENGTHS]; /* share of the irradiance that is the same all over, and that irradiance */
     float size, gain, shift[2], middle; /* enlargement about `middle` (of the mirror plane) of ghosts smaller than a pixel; mm */
     float grid;               /* variance of a pixel, mm^2 */
 } lflare__patch_shape;
@@ -5138,7 +5180,8 @@ static void lflare__patch_vertex(const lflare__mesh_view *v, const lflare__patch
     lflare__mesh_vertex_at(v, ring + 1, direction, b);
     f = at - (float)ring;
     for (k = 0; k < LFLARE_WAVELENGTHS; k++)
-        out->irradiance[k] = lflare__maxf(a[2 + k] + lflare__minf(f, 1) * (b[2 + k] - a[2 + k]), 0) * p->gain * p->light->irradiance[k] * p->style[k];
+        out->irradiance[k] = ((1 - p->even) * lflare__maxf(a[2 + k] + lflare__minf(f, 1) * (b[2 + k] - a[2 + k]), 0) + p->even * p->flat[k]) * p->gain *
+                             p->light->irradiance[k] * p->style[k];
     x = p->middle + p->size * (a[0] + f * (b[0] - a[0]) - p->middle);
     y = p->size * side * (a[1] + f * (b[1] - a[1]));
     out->position[0] = x * p->light->axis[0] - y * p->light->axis[1] + p->shift[0];
@@ -5187,8 +5230,11 @@ LFLARE_API int32_t lflare_patch_resolve(const lflare_tables *t, const lflare_fra
     out->iris_soft = lflare__patch_soft(&p, v.knots[1]);
     lamp = v.knots[1] * l->angular_radius;
     size2 = lflare__maxf(v.knots[0] * v.knots[0], 1e-12f);
+    /* few pixels: next to a focus irradiance has no bounds, while the flux has */
+    p.even = v.knots[3] + v.knots[6] + v.knots[7] > 0 ? lflare__minf(lflare__maxf(2 - v.knots[0] * p.style[3] / (4 * f->pixel), 0), 1) : 0;
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) p.flat[k] = v.knots[k == 0 ? 3 : 5 + k] / ((float)LFLARE__PI * size2);
     spread = head[3] / lflare__maxf(v.knots[2], 1e-6f);
-    least = f->pixel * f->pixel + lflare__minf(spread * spread, size2) + lamp * lamp;
+    least = 2.25f * f->pixel * f->pixel + lflare__minf(spread * spread, size2) + lamp * lamp; /* smaller discs would flicker as they pass from pixel to pixel */
     p.size = p.style[3] * sqrtf(lflare__maxf(least / size2, 1));
     p.gain = p.style[3] * p.style[3] / (p.size * p.size);
     size2 *= p.size * p.size;
@@ -6321,13 +6367,20 @@ static const char *const lflare__glsl_patch_vert[] = {
     "vec4 head(int i) { return texelFetch(u_mesh_heads, ivec2(i % HEADS_ROW, i / HEADS_ROW), 0); }\n"
     "vec4 mesh(int i) { return texelFetch(u_mesh_table, ivec2(i % MESH_ROW, i / MESH_ROW), 0); }\n"
     "int g_knot, g_size;\n"
+    "int g_between;\n"
+    "float g_part;\n"
     "int g_rings, g_directions;\n"
-    "float g_lamp, g_share;\n"
+    "float g_lamp;\n"
     "vec4 g_shares;\n"
     "vec4 smooth_texel(int i)\n"
     "{\n"
     "i += g_knot;\n"
     "return g_shares.x * mesh(i) + g_shares.y * mesh(i + g_size) + g_shares.z * mesh(i + 2 * g_size) + g_shares.w * mesh(i + 3 * g_size);\n"
+    "}\n"
+    "vec4 straight_texel(int i)\n"
+    "{\n"
+    "i += g_knot + g_between * g_size;\n"
+    "return mix(mesh(i), mesh(i + g_size), g_part);\n"
     "}\n"
     "int vertex(int ring, int direction) { return KNOT_TEXELS + (ring * (g_directions + 1) + direction) * VERTEX_TEXELS; }\n"
     "float soft(float lamp)\n"
@@ -6368,11 +6421,15 @@ static const char *const lflare__glsl_patch_vert[] = {
     "g_size = int(h1.w);\n"
     "g_knot = int(h0.x) + (mesh_index * KNOTS + first) * g_size;\n"
     "g_lamp = l1.z * scale;\n"
-    "int between = int(min(f, 2.0));\n"
-    "vec4 whole = mix(mesh(g_knot + between * g_size), mesh(g_knot + (between + 1) * g_size), f - float(between));\n"
-    "float lamp = whole.y * l1.z, size2 = max(whole.x * whole.x, 1e-12), spread = h0.w / max(whole.z, 1e-6);\n"
-    "float least = u_lens.x * u_lens.x + min(spread * spread, size2) + lamp * lamp;\n"
+    "g_between = int(min(f, 2.0));\n"
+    "g_part = f - float(g_between);\n"
+    "vec4 whole = straight_texel(0), bounds = straight_texel(1);\n"
     ,
+    "float lamp = whole.y * l1.z, size2 = max(whole.x * whole.x, 1e-12), spread = h0.w / max(whole.z, 1e-6);\n"
+    "vec3 flux = vec3(whole.w, bounds.zw);\n"
+    "float even = flux.x + flux.y + flux.z > 0.0 ? clamp(2.0 - whole.x * scale / (4.0 * u_lens.x), 0.0, 1.0) : 0.0;\n"
+    "vec3 flat_irradiance = flux / (3.14159265 * size2);\n"
+    "float least = 2.25 * u_lens.x * u_lens.x + min(spread * spread, size2) + lamp * lamp;\n"
     "float size = scale * sqrt(max(least / size2, 1.0)), gain = scale * scale / (size * size);\n"
     "size2 *= size * size;\n"
     "float wash = PIXEL_VARIANCE * u_lens.x * u_lens.x + 0.25 * g_lamp * g_lamp * whole.y * whole.y, wash5 = max(5.0 * wash, 1e-30);\n"
@@ -6406,8 +6463,9 @@ static const char *const lflare__glsl_patch_vert[] = {
     "int ring = int(min(rho, float(g_rings - 1))), a = vertex(ring, direction), b = vertex(ring + 1, direction);\n"
     "f = rho - float(ring);\n"
     "float g = min(f, 1.0);\n"
-    "vec4 a0 = smooth_texel(a), b0 = smooth_texel(b), t0 = mix(a0, b0, f), a1 = smooth_texel(a + 1), b1 = smooth_texel(b + 1);\n"
-    "v_irradiance = max(vec3(mix(a0.zw, b0.zw, g), mix(a1.x, b1.x, g)), vec3(0.0)) * gain * irradiance * style0.rgb;\n"
+    "vec4 t0 = mix(smooth_texel(a), smooth_texel(b), f);\n"
+    "vec3 lit_a = vec3(straight_texel(a).zw, straight_texel(a + 1).x), lit_b = vec3(straight_texel(b).zw, straight_texel(b + 1).x);\n"
+    "v_irradiance = mix(max(mix(lit_a, lit_b, g), vec3(0.0)), flat_irradiance, even) * gain * irradiance * style0.rgb;\n"
     "float middle = smooth_texel(KNOT_TEXELS).x;\n"
     "vec2 local = vec2(middle + size * (t0.x - middle), size * side * t0.y);\n"
     "#ifdef PATCH_RIM\n"
@@ -6415,7 +6473,8 @@ static const char *const lflare__glsl_patch_vert[] = {
     "mat2 to_sensor = mat2(axis.x, axis.y, -axis.y * side, axis.x * side);\n"
     "v_iris01 = vec4(to_sensor * t2.xy, to_sensor * t2.zw);\n"
     "v_iris2 = vec4(to_sensor * t3.xy, soft(mix(a3.z, b3.z, g)) / u_lens.x, iris_soft / u_lens.x);\n"
-    "v_rim = mix(a1.yzw, b1.yzw, f);\n"
+    ,
+    "v_rim = mix(smooth_texel(a + 1).yzw, smooth_texel(b + 1).yzw, f);\n"
     "v_bulge = vec2(turn, 4.0 * bulge);\n"
     "#endif\n"
     "vec2 position = vec2(local.x * axis.x - local.y * axis.y, local.x * axis.y + local.y * axis.x);\n"
@@ -7308,7 +7367,7 @@ LFLARE_API lflare_result lflare_render_begin(lflare *o)
 {
     int32_t i;
     if (o == NULL) return LFLARE_ERROR_ARGUMENT;
-    if (o->footprints == NULL && o->frame.instance_capacity > 0) {
+    if (o->footprints == NULL && o->frame.instance_capacity > 0 && o->tables[o->current].model == LFLARE_MODEL_PARAXIAL) {
         if ((size_t)o->frame.instance_capacity > (size_t)-1 / sizeof(lflare_footprint)) return LFLARE_ERROR_MEMORY;
         o->footprints = (lflare_footprint *)lflare__allocate(o, sizeof(lflare_footprint) * (size_t)o->frame.instance_capacity);
         if (o->footprints == NULL) return LFLARE_ERROR_MEMORY;

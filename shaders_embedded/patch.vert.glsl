@@ -22,8 +22,10 @@ vec4 head(int i) { return texelFetch(u_mesh_heads, ivec2(i % HEADS_ROW, i / HEAD
 vec4 mesh(int i) { return texelFetch(u_mesh_table, ivec2(i % MESH_ROW, i / MESH_ROW), 0); }
 
 int g_knot, g_size;         /* texel of the first of four knots; texels from one to the next */
+int g_between;              /* which of them comes before the light */
+float g_part;               /* how far the light is from it to the next */
 int g_rings, g_directions;
-float g_lamp, g_share;      /* lamp's radius times the override's scale; place between two knots */
+float g_lamp;               /* lamp's radius times the override's scale */
 vec4 g_shares;
 
 /* Texel i of each of four knots, interpolated. */
@@ -31,6 +33,13 @@ vec4 smooth_texel(int i)
 {
     i += g_knot;
     return g_shares.x * mesh(i) + g_shares.y * mesh(i + g_size) + g_shares.z * mesh(i + 2 * g_size) + g_shares.w * mesh(i + 3 * g_size);
+}
+
+/* The same between two knots: irradiance next to caustics would swing on a cubic. */
+vec4 straight_texel(int i)
+{
+    i += g_knot + g_between * g_size;
+    return mix(mesh(i), mesh(i + g_size), g_part);
 }
 
 int vertex(int ring, int direction) { return KNOT_TEXELS + (ring * (g_directions + 1) + direction) * VERTEX_TEXELS; }
@@ -75,12 +84,16 @@ void main()
     g_size = int(h1.w);
     g_knot = int(h0.x) + (mesh_index * KNOTS + first) * g_size;
     g_lamp = l1.z * scale;
-    int between = int(min(f, 2.0));
-    vec4 whole = mix(mesh(g_knot + between * g_size), mesh(g_knot + (between + 1) * g_size), f - float(between));
+    g_between = int(min(f, 2.0));
+    g_part = f - float(g_between);
+    vec4 whole = straight_texel(0), bounds = straight_texel(1);
 
     /* ghosts smaller than a pixel, or than what diffraction and the lamp leave, are enlarged */
     float lamp = whole.y * l1.z, size2 = max(whole.x * whole.x, 1e-12), spread = h0.w / max(whole.z, 1e-6);
-    float least = u_lens.x * u_lens.x + min(spread * spread, size2) + lamp * lamp;
+    vec3 flux = vec3(whole.w, bounds.zw);
+    float even = flux.x + flux.y + flux.z > 0.0 ? clamp(2.0 - whole.x * scale / (4.0 * u_lens.x), 0.0, 1.0) : 0.0;
+    vec3 flat_irradiance = flux / (3.14159265 * size2);
+    float least = 2.25 * u_lens.x * u_lens.x + min(spread * spread, size2) + lamp * lamp;
     float size = scale * sqrt(max(least / size2, 1.0)), gain = scale * scale / (size * size);
     size2 *= size * size;
     float wash = PIXEL_VARIANCE * u_lens.x * u_lens.x + 0.25 * g_lamp * g_lamp * whole.y * whole.y, wash5 = max(5.0 * wash, 1e-30);
@@ -117,8 +130,9 @@ void main()
     int ring = int(min(rho, float(g_rings - 1))), a = vertex(ring, direction), b = vertex(ring + 1, direction);
     f = rho - float(ring);
     float g = min(f, 1.0);
-    vec4 a0 = smooth_texel(a), b0 = smooth_texel(b), t0 = mix(a0, b0, f), a1 = smooth_texel(a + 1), b1 = smooth_texel(b + 1);
-    v_irradiance = max(vec3(mix(a0.zw, b0.zw, g), mix(a1.x, b1.x, g)), vec3(0.0)) * gain * irradiance * style0.rgb;
+    vec4 t0 = mix(smooth_texel(a), smooth_texel(b), f);
+    vec3 lit_a = vec3(straight_texel(a).zw, straight_texel(a + 1).x), lit_b = vec3(straight_texel(b).zw, straight_texel(b + 1).x);
+    v_irradiance = mix(max(mix(lit_a, lit_b, g), vec3(0.0)), flat_irradiance, even) * gain * irradiance * style0.rgb;
     float middle = smooth_texel(KNOT_TEXELS).x;
     vec2 local = vec2(middle + size * (t0.x - middle), size * side * t0.y);
 #ifdef PATCH_RIM
@@ -126,7 +140,7 @@ void main()
     mat2 to_sensor = mat2(axis.x, axis.y, -axis.y * side, axis.x * side);
     v_iris01 = vec4(to_sensor * t2.xy, to_sensor * t2.zw);
     v_iris2 = vec4(to_sensor * t3.xy, soft(mix(a3.z, b3.z, g)) / u_lens.x, iris_soft / u_lens.x);
-    v_rim = mix(a1.yzw, b1.yzw, f);
+    v_rim = mix(smooth_texel(a + 1).yzw, smooth_texel(b + 1).yzw, f);
     v_bulge = vec2(turn, 4.0 * bulge);
 #endif
     vec2 position = vec2(local.x * axis.x - local.y * axis.y, local.x * axis.y + local.y * axis.x);

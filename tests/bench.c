@@ -155,6 +155,112 @@ static void bench_software(const char *path, double fnumber, float x, float y, f
     lflare_destroy(flare);
 }
 
+/* Microseconds of lflare_frame, the median; *instances: of the last one. */
+static double frame_us(lflare *flare, int count, int *instances)
+{
+    enum { REPEAT = 100 };
+    lflare_view view = {0};
+    lflare_light lights[16];
+    int i, frame = 0;
+    double t;
+    view.width = 1280;
+    view.height = 720;
+    MEDIAN(t, {
+        for (i = 0; i < REPEAT; i++) {
+            move_lights(lights, count, frame++);
+            lflare_frame(flare, &view, lights, count);
+        }
+    });
+    *instances = (int)lflare_get_frame(flare)->instance_count;
+    return 1e6 * t / REPEAT;
+}
+
+/* Milliseconds of what both models do, taking turns, so that whatever else the machine does meets them alike; the median. */
+static void both(lflare *const *flares, void (*work)(lflare *flare, void *user), void *user, int runs, double *ms)
+{
+    double times[2][RUNS];
+    int run, i;
+    for (run = 0; run < runs; run++)
+        for (i = 0; i < 2; i++) {
+            double start = now();
+            work(flares[i], user);
+            times[i][run] = 1e3 * (now() - start);
+        }
+    for (i = 0; i < 2; i++) {
+        qsort(times[i], (size_t)runs, sizeof times[i][0], by_value);
+        ms[i] = times[i][runs / 2];
+    }
+}
+
+static void configure_again(lflare *flare, void *settings)
+{
+    if (lflare_configure(flare, (const lflare_settings *)settings, NULL) != LFLARE_OK) exit(2);
+}
+
+static void draw_again(lflare *flare, void *image)
+{
+    lflare_view view = {0};
+    lflare_light light = {{0.0954f, 0, -1}, {1, 1, 1}, {0}, 0, 0, 0}; /* 5.45 degrees */
+    view.width = ((const lflare_image *)image)->width;
+    view.height = ((const lflare_image *)image)->height;
+    lflare_frame(flare, &view, &light, 1);
+    if (lflare_render(flare, (const lflare_image *)image) != LFLARE_OK) exit(2);
+}
+
+/* The software renderer at two openings; flares: paraxial, polynomial. */
+static void bench_models_software(lflare *const *flares)
+{
+    static const double fnumbers[2] = {0, 8};
+    lflare_settings settings = {0};
+    lflare_image image = {0};
+    double ms[2];
+    int i;
+    image.width = 1280;
+    image.height = 720;
+    image.pixels = (float *)calloc((size_t)4 * 1280 * 720, sizeof(float));
+    if (image.pixels == NULL) exit(2);
+    for (i = 0; i < 2; i++) {
+        settings.fnumber = fnumbers[i];
+        configure_again(flares[0], &settings);
+        configure_again(flares[1], &settings);
+        both(flares, draw_again, &image, 7, ms);
+        printf("  software, f/%-4g             %8.2f ms   paraxial %8.2f ms, ratio %.2f\n", (double)lflare_get_tables(flares[1])->fnumber, ms[1], ms[0], ms[1] / ms[0]);
+    }
+    free(image.pixels);
+}
+
+/* The polynomial model beside the paraxial one. */
+static void bench_models(const char *path)
+{
+    lflare_settings settings = {0};
+    lflare *flares[2]; /* paraxial, polynomial */
+    const lflare_lens *lens;
+    double seconds, check, ms[2];
+    size_t size;
+    void *fit;
+    int count, instances;
+    flares[0] = open_lens(path, &settings, counting);
+    lens = lflare_get_lens(flares[0]);
+    fit = fit_of(flares[0], &size, &seconds);
+    flares[1] = open_fitted(path, &settings, counting, fit, size);
+    MEDIAN(check, if (lflare_aberration_check(lens, fit, size, NULL) != LFLARE_OK) exit(2));
+    both(flares, configure_again, &settings, 11, ms);
+    printf("polynomial, %s: %d ghosts, f/%g\n", lens->prescription.name, (int)lens->ghost_count, (double)lflare_get_tables(flares[1])->fnumber);
+    printf("  fit, once                   %9.3f s    %.2f ms a ghost, %.1f KB\n", seconds, 1e3 * seconds / lens->ghost_count, (double)size / 1024);
+    printf("  check, to load a fit        %9.3f us   %.1f us a megabyte\n", 1e6 * check, 1e6 * check / ((double)size / 1048576));
+    printf("  configure                   %9.3f ms   paraxial %.3f ms, ratio %.2f; %.1f KB of meshes\n", ms[1], ms[0], ms[1] / ms[0],
+           (double)lflare_get_tables(flares[1])->mesh_texels * 16 / 1024);
+    for (count = 1; count <= 16; count += 15) {
+        double us = frame_us(flares[1], count, &instances);
+        printf("  frame, %2d light%s            %9.3f us   %d instances, %ld bytes of them\n", count, count == 1 ? " " : "s", us, instances,
+               (long)instances * (long)sizeof(lflare_instance));
+    }
+    bench_models_software(flares);
+    lflare_destroy(flares[0]);
+    lflare_destroy(flares[1]);
+    free(fit);
+}
+
 int main(void)
 {
     bench_tables("lenses/heliar-tronnier.lens");
@@ -166,5 +272,7 @@ int main(void)
     bench_software("lenses/nikon-80-200-mid.lens", 2.8, 0.0954f, 0, 0);
     bench_software("lenses/nikon-80-200-mid.lens", 8, 0.0954f, 0, 0);
     bench_software("lenses/nikon-80-200-mid.lens", 8, 0.0954f, 0, 0.00465f);
+    bench_models("lenses/heliar-tronnier.lens");
+    bench_models("lenses/nikon-80-200-mid.lens");
     return 0;
 }

@@ -1,4 +1,4 @@
-/* What the bench programs share: a clock, medians, a lens from a file and lights that move. */
+/* What the bench programs share: a clock, medians, a lens from a file, its fit and lights that move. */
 #ifndef BENCH_H
 #define BENCH_H
 
@@ -34,7 +34,8 @@ enum { RUNS = 31 };
     } while (0)
 #define MEDIAN(result, body) MEDIAN_OF(RUNS, result, body)
 
-static lflare *open_lens(const char *path, const lflare_settings *settings, lflare_realloc allocate)
+/* fit: NULL for the paraxial model. */
+static lflare *open_fitted(const char *path, const lflare_settings *settings, lflare_realloc allocate, const void *fit, size_t fit_size)
 {
     lflare_desc desc = {0};
     lflare_error error;
@@ -45,6 +46,8 @@ static lflare *open_lens(const char *path, const lflare_settings *settings, lfla
         exit(2);
     }
     desc.text = text;
+    desc.fit = fit;
+    desc.fit_size = fit_size;
     desc.settings = *settings;
     desc.allocate = allocate;
     if (lflare_create(&desc, &flare, &error) < 0) {
@@ -53,6 +56,25 @@ static lflare *open_lens(const char *path, const lflare_settings *settings, lfla
     }
     free(text);
     return flare;
+}
+
+static lflare *open_lens(const char *path, const lflare_settings *settings, lflare_realloc allocate)
+{
+    return open_fitted(path, settings, allocate, NULL, 0);
+}
+
+/* From malloc. */
+static void *fit_of(const lflare *flare, size_t *size, double *seconds)
+{
+    lflare_error error;
+    void *fit = NULL;
+    double start = now();
+    if (lflare_aberration_fit(lflare_get_lens(flare), NULL, &fit, size, &error) < 0) {
+        printf("%s\n", error.text);
+        exit(2);
+    }
+    *seconds = now() - start;
+    return fit;
 }
 
 /* Lights on a slow circle, moved every frame. */

@@ -1,6 +1,6 @@
 /* make bench, after bench.c: what the room "gl" costs. First the CPU alone, against functions that do nothing; then, where a
-   context can be had without a window, milliseconds a frame beside a plain fill of as many pixels, the half-size picture, and
-   the fragments shaded against those that add light. */
+   context can be had without a window, milliseconds a frame beside a plain fill of as many pixels, the half-size picture, the
+   fragments shaded against those that add light, and the polynomial model beside the paraxial one. */
 #define _POSIX_C_SOURCE 200809L
 #define GL_GLEXT_PROTOTYPES
 #define LENSFLARE_IMPLEMENTATION
@@ -387,6 +387,66 @@ static void bench_fill(lflare_gl *plain, lflare_gl *throwing, const char *path, 
     }
 }
 
+/* Milliseconds a frame of each model, one light that moves every frame; they take turns. */
+static void frames_of(lflare_gl *gl, lflare *const *flares, double *ms)
+{
+    double times[2][FRAMES];
+    lflare_view view = {0};
+    lflare_light light;
+    job jobs[2];
+    int i, k;
+    memset(jobs, 0, sizeof jobs);
+    view.width = W;
+    view.height = H;
+    for (k = -1; k < FRAMES; k++) /* the first one uploads */
+        for (i = 0; i < 2; i++) {
+            double start = now();
+            move_lights(&light, 1, k + 1);
+            lflare_frame(flares[i], &view, &light, 1);
+            jobs[i].gl = gl;
+            jobs[i].flare = flares[i];
+            draw(&jobs[i]);
+            glFinish();
+            if (k >= 0) times[i][k] = 1e3 * (now() - start);
+        }
+    for (i = 0; i < 2; i++) {
+        qsort(times[i], FRAMES, sizeof times[i][0], by_value);
+        ms[i] = times[i][FRAMES / 2];
+    }
+}
+
+/* The polynomial model beside the paraxial one, lens wide open, iris round. */
+static void bench_models(lflare_gl *gl, const char *path)
+{
+    static const char *const names[2] = {"paraxial  ", "polynomial"};
+    lflare_settings settings = {0};
+    lflare *flares[2];
+    double seconds, ms[2];
+    size_t size;
+    void *fit;
+    int i, clock = has_gpu_clock();
+    flares[0] = open_lens(path, &settings, NULL);
+    fit = fit_of(flares[0], &size, &seconds);
+    flares[1] = open_fitted(path, &settings, NULL, fit, size);
+    frames_of(gl, flares, ms);
+    printf("gl, %s, f/%g, the light moves\n", name_of(flares[0]), (double)lflare_get_tables(flares[0])->fnumber);
+    for (i = 0; i < 2; i++) {
+        job j = {0};
+        int32_t count = lflare_get_frame(flares[i])->instance_count;
+        int32_t each = i == 0 ? LFLARE__GL_INSIDE + LFLARE__GL_RING : LFLARE__GL_PATCH + LFLARE__GL_PATCH_RIM;
+        j.gl = gl;
+        j.flare = flares[i];
+        printf("  %s %8.2f ms; %d instances, %d vertices, %.2f million fragments", names[i], ms[i], (int)count, (int)(count * each),
+               1e-6 * counted(&j, GL_SAMPLES_PASSED));
+        if (clock) printf("; the GPU's clock: %.3f ms", 1e-6 * counted(&j, GL_TIME_ELAPSED));
+        printf("\n");
+    }
+    printf("  ratio %.2f\n", ms[1] / ms[0]);
+    lflare_destroy(flares[0]);
+    lflare_destroy(flares[1]);
+    free(fit);
+}
+
 static void bench_gpu(void)
 {
     static const struct {
@@ -411,6 +471,8 @@ static void bench_gpu(void)
     throwing = create_gl(load_lit, 0);
     for (i = 0; i < 3; i++) bench_time(gl, program, frames[i].path, frames[i].fnumber);
     for (i = 0; i < 3; i++) bench_fill(gl, throwing, frames[i].path, frames[i].fnumber);
+    bench_models(gl, "lenses/heliar-tronnier.lens");
+    bench_models(gl, "lenses/nikon-80-200-mid.lens");
     if (glGetError() != GL_NO_ERROR) printf("gl: GL complained\n");
     lflare_gl_destroy(gl);
     lflare_gl_destroy(throwing);

@@ -175,6 +175,7 @@ for t in tests/test_*.c; do
         [ -x "build/$name" ] || { skip "$name with sanitisers: it could not be built"; continue; }
         libs="-lEGL -lGL" leaks=0
         ;;
+    test_aberration) libs=-lpthread ;;
     test_reference)
         [ "${ALL:-}" ] || continue
         libs=-lpthread
