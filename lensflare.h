@@ -3169,7 +3169,7 @@ typedef struct lflare__fitter {
     float film[LFLARE_MAX_SURFACES * LFLARE_FILM_SAMPLES * 4];
     lflare_layer layers[LFLARE_MAX_LAYERS];
     int32_t cuts[LFLARE_MAX_STEPS];   /* rays that a step's rim alone stops */
-    double matrix[LFLARE__FIT_ROWS * LFLARE__EVEN], right[LFLARE__FIT_ROWS * (LFLARE__PLACES + 1)], solution[(LFLARE__PLACES + 1) * LFLARE__EVEN];
+    double matrix[(int)LFLARE__FIT_ROWS * LFLARE__EVEN], right[(int)LFLARE__FIT_ROWS * (LFLARE__PLACES + 1)], solution[(LFLARE__PLACES + 1) * LFLARE__EVEN];
     lflare__bundle bundles[LFLARE__KNOTS];
 } lflare__fitter;
 
@@ -5151,8 +5151,11 @@ static void lflare__mesh_vertex_at(const lflare__mesh_view *v, int32_t ring, int
     int32_t k;
     for (k = 0; k < LFLARE__MESH_FLOATS; k++)
         out[k] = v->share[0] * at[k] + v->share[1] * at[v->knot + (size_t)k] + v->share[2] * at[2 * v->knot + (size_t)k] + v->share[3] * at[3 * v->knot + (size_t)k];
-    at += (size_t)v->between * v->knot; /* irradiance linearly: next to caustics a cubic would swing */
-    for (k = 2; k < 5; k++) out[k] = at[k] + v->part * (at[v->knot + (size_t)k] - at[k]);
+    at += (size_t)v->between * v->knot;
+    for (k = 2; k < 5; k++) { /* irradiance next to caustics would swing on a cubic */
+        float a = at[k], b = at[v->knot + (size_t)k];
+        out[k] = lflare__minf(lflare__maxf(out[k], 0.9f * lflare__minf(a, b)), 1.1f * lflare__maxf(a, b));
+    }
 }
 
 /* What all vertices of a patch share. */
@@ -5175,7 +5178,7 @@ static float lflare__patch_soft(const lflare__patch_shape *p, float lamp)
 static void lflare__patch_vertex(const lflare__mesh_view *v, const lflare__patch_shape *p, float rho, int32_t direction, float side, lflare_patch_vertex *out)
 {
     float a[LFLARE__MESH_FLOATS], b[LFLARE__MESH_FLOATS], at = rho * (float)v->rings, f, x, y;
-    int32_t ring = (int32_t)lflare__minf(at, (float)(v->rings - 1)), k;
+    int32_t ring = (int32_t)lflare__minf(lflare__maxf(at, 0), (float)(v->rings - 1)), k; /* whatever a fit holds */
     lflare__mesh_vertex_at(v, ring, direction, a);
     lflare__mesh_vertex_at(v, ring + 1, direction, b);
     f = at - (float)ring;
@@ -6382,6 +6385,11 @@ static const char *const lflare__glsl_patch_vert[] = {
     "i += g_knot + g_between * g_size;\n"
     "return mix(mesh(i), mesh(i + g_size), g_part);\n"
     "}\n"
+    "vec4 lit_texel(int i)\n"
+    "{\n"
+    "vec4 a = mesh(i + g_knot + g_between * g_size), b = mesh(i + g_knot + (g_between + 1) * g_size);\n"
+    "return clamp(smooth_texel(i), 0.9 * min(a, b), 1.1 * max(a, b));\n"
+    "}\n"
     "int vertex(int ring, int direction) { return KNOT_TEXELS + (ring * (g_directions + 1) + direction) * VERTEX_TEXELS; }\n"
     "float soft(float lamp)\n"
     "{\n"
@@ -6421,10 +6429,10 @@ static const char *const lflare__glsl_patch_vert[] = {
     "g_size = int(h1.w);\n"
     "g_knot = int(h0.x) + (mesh_index * KNOTS + first) * g_size;\n"
     "g_lamp = l1.z * scale;\n"
+    ,
     "g_between = int(min(f, 2.0));\n"
     "g_part = f - float(g_between);\n"
     "vec4 whole = straight_texel(0), bounds = straight_texel(1);\n"
-    ,
     "float lamp = whole.y * l1.z, size2 = max(whole.x * whole.x, 1e-12), spread = h0.w / max(whole.z, 1e-6);\n"
     "vec3 flux = vec3(whole.w, bounds.zw);\n"
     "float even = flux.x + flux.y + flux.z > 0.0 ? clamp(2.0 - whole.x * scale / (4.0 * u_lens.x), 0.0, 1.0) : 0.0;\n"
@@ -6460,11 +6468,11 @@ static const char *const lflare__glsl_patch_vert[] = {
     "float rho = begin * float(block * (RINGS - 1) + along) / float(g_rings);\n"
     "#endif\n"
     "rho *= float(g_rings);\n"
-    "int ring = int(min(rho, float(g_rings - 1))), a = vertex(ring, direction), b = vertex(ring + 1, direction);\n"
+    "int ring = int(clamp(rho, 0.0, float(g_rings - 1))), a = vertex(ring, direction), b = vertex(ring + 1, direction);\n"
     "f = rho - float(ring);\n"
     "float g = min(f, 1.0);\n"
     "vec4 t0 = mix(smooth_texel(a), smooth_texel(b), f);\n"
-    "vec3 lit_a = vec3(straight_texel(a).zw, straight_texel(a + 1).x), lit_b = vec3(straight_texel(b).zw, straight_texel(b + 1).x);\n"
+    "vec3 lit_a = vec3(lit_texel(a).zw, lit_texel(a + 1).x), lit_b = vec3(lit_texel(b).zw, lit_texel(b + 1).x);\n"
     "v_irradiance = mix(max(mix(lit_a, lit_b, g), vec3(0.0)), flat_irradiance, even) * gain * irradiance * style0.rgb;\n"
     "float middle = smooth_texel(KNOT_TEXELS).x;\n"
     "vec2 local = vec2(middle + size * (t0.x - middle), size * side * t0.y);\n"
@@ -6472,8 +6480,8 @@ static const char *const lflare__glsl_patch_vert[] = {
     "vec4 t2 = mix(smooth_texel(a + 2), smooth_texel(b + 2), f), a3 = smooth_texel(a + 3), b3 = smooth_texel(b + 3), t3 = mix(a3, b3, f);\n"
     "mat2 to_sensor = mat2(axis.x, axis.y, -axis.y * side, axis.x * side);\n"
     "v_iris01 = vec4(to_sensor * t2.xy, to_sensor * t2.zw);\n"
-    "v_iris2 = vec4(to_sensor * t3.xy, soft(mix(a3.z, b3.z, g)) / u_lens.x, iris_soft / u_lens.x);\n"
     ,
+    "v_iris2 = vec4(to_sensor * t3.xy, soft(mix(a3.z, b3.z, g)) / u_lens.x, iris_soft / u_lens.x);\n"
     "v_rim = mix(smooth_texel(a + 1).yzw, smooth_texel(b + 1).yzw, f);\n"
     "v_bulge = vec2(turn, 4.0 * bulge);\n"
     "#endif\n"

@@ -35,11 +35,17 @@ vec4 smooth_texel(int i)
     return g_shares.x * mesh(i) + g_shares.y * mesh(i + g_size) + g_shares.z * mesh(i + 2 * g_size) + g_shares.w * mesh(i + 3 * g_size);
 }
 
-/* The same between two knots: irradiance next to caustics would swing on a cubic. */
 vec4 straight_texel(int i)
 {
     i += g_knot + g_between * g_size;
     return mix(mesh(i), mesh(i + g_size), g_part);
+}
+
+/* Irradiance next to caustics would swing on a cubic. */
+vec4 lit_texel(int i)
+{
+    vec4 a = mesh(i + g_knot + g_between * g_size), b = mesh(i + g_knot + (g_between + 1) * g_size);
+    return clamp(smooth_texel(i), 0.9 * min(a, b), 1.1 * max(a, b));
 }
 
 int vertex(int ring, int direction) { return KNOT_TEXELS + (ring * (g_directions + 1) + direction) * VERTEX_TEXELS; }
@@ -127,11 +133,11 @@ void main()
     float rho = begin * float(block * (RINGS - 1) + along) / float(g_rings);
 #endif
     rho *= float(g_rings);
-    int ring = int(min(rho, float(g_rings - 1))), a = vertex(ring, direction), b = vertex(ring + 1, direction);
+    int ring = int(clamp(rho, 0.0, float(g_rings - 1))), a = vertex(ring, direction), b = vertex(ring + 1, direction);
     f = rho - float(ring);
     float g = min(f, 1.0);
     vec4 t0 = mix(smooth_texel(a), smooth_texel(b), f);
-    vec3 lit_a = vec3(straight_texel(a).zw, straight_texel(a + 1).x), lit_b = vec3(straight_texel(b).zw, straight_texel(b + 1).x);
+    vec3 lit_a = vec3(lit_texel(a).zw, lit_texel(a + 1).x), lit_b = vec3(lit_texel(b).zw, lit_texel(b + 1).x);
     v_irradiance = mix(max(mix(lit_a, lit_b, g), vec3(0.0)), flat_irradiance, even) * gain * irradiance * style0.rgb;
     float middle = smooth_texel(KNOT_TEXELS).x;
     vec2 local = vec2(middle + size * (t0.x - middle), size * side * t0.y);

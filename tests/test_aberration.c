@@ -1615,12 +1615,12 @@ int main(int argc, char **argv)
         cmocka_unit_test(configure_in_steps),
         cmocka_unit_test(refused_between_steps),
         cmocka_unit_test(fits_lie_anywhere),
+        cmocka_unit_test(light_of_the_heliar),
         cmocka_unit_test(stops_seen_as_a_point),
     };
     const struct CMUnitTest unmet[] = {
         cmocka_unit_test(no_ghost_is_lost),
         cmocka_unit_test(patches_keep_their_word),
-        cmocka_unit_test(light_of_the_heliar),
         cmocka_unit_test(light_of_whole_lenses),
         cmocka_unit_test(light_near_total_reflection),
         cmocka_unit_test(plates),
