@@ -2925,7 +2925,8 @@ LFLARE_API lflare_result lflare_aberration_check(const lflare_lens *lens, const 
         return lflare__fail(error, LFLARE_ERROR_FIT, 0, 0, "the fit has version %i, this library reads %i: make it anew", (int32_t)lflare__get_bytes(p + 6, 2),
                             (int32_t)LFLARE__FIT_VERSION);
     if (lflare__get_bytes(p + 12, 4) != size)
-        return lflare__fail(error, LFLARE_ERROR_FIT, 0, 0, "the fit has %g bytes of %g: it is cut off, or two in one file", (double)size, (double)lflare__get_bytes(p + 12, 4));
+        return lflare__fail(error, LFLARE_ERROR_FIT, 0, 0, lflare__get_bytes(p + 12, 4) > size ? "the fit is cut off: %g bytes of %g" : "the fit is too long: %g bytes of %g",
+                            (double)size, (double)lflare__get_bytes(p + 12, 4));
     hash = lflare__hash_bytes(p + LFLARE__FIT_HEAD, size - LFLARE__FIT_HEAD);
     if (lflare__fit_hash(p) != hash)
         return lflare__fail(error, LFLARE_ERROR_FIT, 0, 0, "the fit is damaged: its checksum is wrong");
