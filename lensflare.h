@@ -158,7 +158,8 @@
    twelve field angles, polynomials of the entrance point for the places on sensor, stop and rims and for W. A frame does not
    evaluate them. Configure samples them over what the iris leaves open, on rings of vertices that end where iris or rims
    cut; a frame interpolates these meshes between field angles and draws them in patches of one size, an instance each.
-   Irradiance is W times entrance area over sensor area; where a map turns over (caustics), of the triangles round a vertex.
+   Irradiance is W times entrance area over sensor area: at a vertex, or, where a map turns over (caustics) and where a ghost is of
+   few pixels, of the triangle that is drawn, so that its power stays whatever its shape.
 
    THE TABLES, BY LIFETIME (all float; every row is a whole number of RGBA32F texels, so a GPU reads it with texelFetch)
 
@@ -169,8 +170,8 @@
        settings  field     ghost:  LFLARE_FIELD_SAMPLES x 2 x (W_r W_g W_b centroid)(radius turn0 turn2 binding) 2048 bytes
        settings  style     ghost:  (tint rgb, scale)(move along, move across, field angle where hidden, 1/that)
        settings  cull      active ghosts, strongest first: bounds, for the CPU's loop                       28 bytes
-       settings  mesh_head ghost: (first texel, directions, rings, diffraction)(hidden angle, ragged, meshes, texels a knot)
-       settings  mesh      ghost: 12 field angles x 2 texels of the whole, then 4 a vertex           about 170 to 500 KB
+       settings  mesh_head ghost: (first texel, directions, rings, diffraction)(hidden angle, bits, meshes, texels a knot)
+       settings  mesh      ghost: 12 field angles x 2 texels of the whole, then 5 a vertex, or 3 channels x 3    70 to 600 KB
        settings  blades    (normal x y, distance, arc radius) per blade
        frame     lights    64 bytes each
        instance            ghost, light, patch, band: four 16-bit numbers                                    8 bytes
@@ -190,7 +191,7 @@
 
    The lflare_gl functions touch this state and, unless no_restore is set, put it back as it was found (a test compares each
    value): BLEND, DEPTH_TEST, STENCIL_TEST, CULL_FACE, SCISSOR_TEST, RASTERIZER_DISCARD, SAMPLE_ALPHA_TO_COVERAGE,
-   SAMPLE_COVERAGE; not in ES (where 3.1 has it too, leave it off) SAMPLE_MASK, COLOR_LOGIC_OP, CLIP_DISTANCE0, CLIP_DISTANCE1, CLIP_DISTANCE2, CLIP_DISTANCE3,
+   SAMPLE_COVERAGE; not in ES (where 3.1 has it too, leave it off) SAMPLE_MASK, COLOR_LOGIC_OP, PRIMITIVE_RESTART, CLIP_DISTANCE0, CLIP_DISTANCE1, CLIP_DISTANCE2, CLIP_DISTANCE3,
    CLIP_DISTANCE4, CLIP_DISTANCE5, CLIP_DISTANCE6, CLIP_DISTANCE7, POLYGON_MODE; COLOR_WRITEMASK, BLEND_SRC_RGB,
    BLEND_DST_RGB, BLEND_SRC_ALPHA, BLEND_DST_ALPHA, BLEND_EQUATION_RGB, BLEND_EQUATION_ALPHA, CURRENT_PROGRAM,
    VERTEX_ARRAY_BINDING, ARRAY_BUFFER_BINDING, UNIFORM_BUFFER_BINDING, PIXEL_UNPACK_BUFFER_BINDING, UNPACK_ALIGNMENT,
@@ -769,8 +770,9 @@ LFLARE_API float lflare_edge_coverage(float t);
 
 /* A vertex of a ghost's mesh, drawn: all is linear between vertices. */
 typedef struct lflare_patch_vertex {
-    float position[2];                     /* on the sensor, mm */
-    float irradiance[LFLARE_WAVELENGTHS];  /* linear, exposure applied */
+    float position[2], entrance[2];        /* on the sensor and on the entrance, mm */
+    float irradiance[LFLARE_WAVELENGTHS];  /* linear, exposure applied; to it comes */
+    float flux[LFLARE_WAVELENGTHS];        /* times the triangle's area on the entrance over that on the sensor */
     float iris[LFLARE_WAVELENGTHS][2];     /* where the ray meets the iris, in units of its radius */
     float rim[LFLARE_WAVELENGTHS];         /* how far out on the rim that clips first, in units of its clear radius: inside is below 1 */
     float rim_soft;                        /* over which that rim's edge fades on either side, mm on the sensor */
@@ -2593,18 +2595,20 @@ LFLARE_API lflare_result lflare_iris_make(const lflare_lens *lens, double fnumbe
    All numbers are little-endian: a head of LFLARE__FIT_HEAD bytes, a row of LFLARE__FIT_ROW bytes a ghost, then the knots. */
 
 enum {
-    LFLARE__KNOTS = 12,
+    LFLARE__KNOTS = 12,                    /* field angles of a fit, and of most meshes; */
+    LFLARE__MORE_KNOTS = 23,               /* of meshes that change more from one to the next */
     LFLARE__MAX_ORDER = 9,
     LFLARE__EVEN = 30,                     /* even terms of that order */
     LFLARE__ODD = 25,
     LFLARE__MAX_LEVEL = 2,                 /* of a mesh's density */
-    LFLARE__MESH_KNOT_TEXELS = 2,          /* radius of a disc of its area, blur of the iris, radius of the bundle, flux; bounds, flux */
-    LFLARE__MESH_FLOATS = 16,              /* of a vertex: place, irradiances, rims, places on the iris, blur of the rim, see mesh_knot */
+    LFLARE__MESH_KNOT_TEXELS = 2,          /* of the whole: see lflare__mesh_whole */
+    LFLARE__MESH_FUSED = 20,               /* floats of a vertex for three channels: see lflare__mesh_store */
+    LFLARE__MESH_SPLIT = 12,               /* for one */
     LFLARE__PLACES = 2 + LFLARE_FIT_RIMS,  /* sensor, stop, rims */
     LFLARE__EVEN_FIELDS = 12,              /* x of the places, the weight, room up to whole vectors */
-    LFLARE__FIT_VERSION = 1,
+    LFLARE__FIT_VERSION = 2,
     LFLARE__FIT_HEAD = 32,                 /* magic, version, ghosts, size; hashes of lens and content */
-    LFLARE__FIT_ROW = 28                   /* offset, angle where hidden; order, rims, level, folded; steps of the rims; error */
+    LFLARE__FIT_ROW = 28                   /* offset, angle where hidden; order, rims, level, bits; steps of the rims; error */
 };
 
 /* Where rays land farther out than this, in sensor sizes from the axis, they do not matter. */
@@ -2638,7 +2642,7 @@ static int lflare__get_short(const uint8_t *p) { return (int)(lflare__get_bytes(
 typedef struct lflare__fit_ghost {
     const uint8_t *knots;     /* NULL: no light comes this way */
     float hidden_angle;
-    int32_t order, rims, level, folded, squarings, steps[LFLARE_FIT_RIMS];
+    int32_t order, rims, level, folded, squarings, dense, steps[LFLARE_FIT_RIMS]; /* dense: more knots */
     float error;              /* of the sensor places, greatest of the rays fitted, mm */
 } lflare__fit_ghost;
 
@@ -2647,7 +2651,7 @@ static size_t lflare__field_bytes(int32_t terms) { return 8 + 2 * (size_t)(terms
 /* Of one knot. */
 static size_t lflare__knot_bytes(int32_t order, int32_t rims)
 {
-    size_t bytes = 12;
+    size_t bytes = 24;
     int32_t k;
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
         int32_t n = k == 0 ? order : lflare__difference_order(order);
@@ -2667,7 +2671,8 @@ static void lflare__fit_ghost_read(const uint8_t *fit, int32_t g, lflare__fit_gh
     out->rims = row[9];
     out->level = row[10];
     out->folded = row[11] & 1;
-    out->squarings = row[11] >> 1;
+    out->squarings = row[11] >> 1 & 3;
+    out->dense = row[11] >> 3 & 1;
     for (i = 0; i < LFLARE_FIT_RIMS; i++) out->steps[i] = (int32_t)lflare__get_bytes(row + 12 + 2 * i, 2);
     out->error = lflare__get_float(row + 24);
 }
@@ -2676,6 +2681,7 @@ static void lflare__fit_ghost_read(const uint8_t *fit, int32_t g, lflare__fit_gh
 typedef struct lflare__bundle {
     int32_t order, rims, squarings;
     float middle, half[2];    /* box of the entrance points, mm: x = middle +- half[0], y = +- half[1] */
+    float open_middle, open_half[2]; /* outside that box no exact ray passes, whatever polynomials say */
     float even[LFLARE_WAVELENGTHS][LFLARE__EVEN][LFLARE__EVEN_FIELDS]; /* x of the places, then the weight, to be squared so many times */
     float odd[LFLARE_WAVELENGTHS][LFLARE__ODD][LFLARE__PLACES];       /* y */
 } lflare__bundle;
@@ -2699,7 +2705,10 @@ static void lflare__knot_add(const uint8_t *p, float share, lflare__bundle *b)
     b->middle += share * lflare__get_float(p);
     b->half[0] += share * lflare__get_float(p + 4);
     b->half[1] += share * lflare__get_float(p + 8);
-    p += 12;
+    b->open_middle += share * lflare__get_float(p + 12);
+    b->open_half[0] += share * lflare__get_float(p + 16);
+    b->open_half[1] += share * lflare__get_float(p + 20);
+    p += 24;
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
         int32_t w = sequence[k], n = k == 0 ? b->order : lflare__difference_order(b->order);
         for (place = 0; place < 2 + b->rims; place++)
@@ -2723,17 +2732,17 @@ static int32_t lflare__cubic_shares(float at, int32_t count, float *share)
 }
 
 /* Knots stand closer towards the angle where the ghost hides: its last sliver narrows with the root of what is left. */
-static float lflare__knot_of(float angle, float hidden) { return (1 - sqrtf(lflare__maxf(1 - angle / hidden, 0))) * (LFLARE__KNOTS - 1); }
-static float lflare__knot_angle(int32_t knot, float hidden)
+static float lflare__knot_of(float angle, float hidden, int32_t count) { return (1 - sqrtf(lflare__maxf(1 - angle / hidden, 0))) * (float)(count - 1); }
+static float lflare__knot_angle(int32_t knot, float hidden, int32_t count)
 {
-    float rest = 1 - (float)knot / (LFLARE__KNOTS - 1);
+    float rest = 1 - (float)knot / (float)(count - 1);
     return hidden * (1 - rest * rest);
 }
 
 static void lflare__bundle_at(const lflare__fit_ghost *g, float angle, lflare__bundle *out)
 {
     float share[4];
-    int32_t first = lflare__cubic_shares(lflare__knot_of(angle, g->hidden_angle), LFLARE__KNOTS, share), i, k, p;
+    int32_t first = lflare__cubic_shares(lflare__knot_of(angle, g->hidden_angle, LFLARE__KNOTS), LFLARE__KNOTS, share), i, k, p;
     size_t bytes = lflare__knot_bytes(g->order, g->rims);
     memset(out, 0, sizeof *out);
     out->order = g->order;
@@ -2905,7 +2914,7 @@ static int lflare__fit_ghost_valid(const lflare__fit_ghost *g, const uint8_t *fi
 {
     size_t offset;
     if (g->knots == NULL) return 1;
-    if (g->order < 3 || g->order > LFLARE__MAX_ORDER || g->rims > LFLARE_FIT_RIMS || g->level > LFLARE__MAX_LEVEL || g->squarings > 3) return 0;
+    if (g->order < 3 || g->order > LFLARE__MAX_ORDER || g->rims > LFLARE_FIT_RIMS || g->level > LFLARE__MAX_LEVEL) return 0;
     if (!(g->hidden_angle > 0 && g->hidden_angle < 1.6f)) return 0;
     offset = (size_t)(g->knots - fit);
     return offset < size && size - offset >= LFLARE__KNOTS * lflare__knot_bytes(g->order, g->rims);
@@ -3139,12 +3148,15 @@ LFLARE_API lflare_fate lflare_path_trace(const lflare_path *path, const double e
 /* -- fitting the polynomials of room "aberration" to exact rays -- */
 
 enum {
-    LFLARE__FIT_RAYS = 16 * 8, /* of a knot, at most: Chebyshev places along x, and along y on one side of the mirror plane */
+    LFLARE__FIT_RAYS = 20 * 10, /* of a knot, at most: Chebyshev places along x, and along y on one side of the mirror plane */
     LFLARE__FIT_ROWS = LFLARE__FIT_RAYS + LFLARE__EVEN /* of a least squares problem, those of the ridge counted */
 };
 
-/* How far beyond the rims rays are fitted: clipping by interpolated heights needs both sides of the edge. */
+/* How far beyond the rims rays are fitted: clipping by interpolated heights needs both sides of the edge. Those farther out, up to
+   LFLARE__FIT_FAR, count next to nothing, but without them high orders would open what is shut in the corners of the box. */
 #define LFLARE__FIT_MARGIN 1.06
+#define LFLARE__FIT_FAR 1.3
+#define LFLARE__FIT_FAR_SHARE 0.01
 
 typedef struct lflare__fit_sample {
     double x, y, weight, closed;      /* x, y in the knot's smooth box */
@@ -3155,7 +3167,7 @@ typedef struct lflare__fit_sample {
 typedef struct lflare__fit_knot {
     double slope, middle, half[2];    /* the box where rays pass */
     double unit_middle, unit[2];      /* the box that stands for -1 to 1: much the same, but smooth from knot to knot */
-    int32_t counts[LFLARE_WAVELENGTHS];
+    int32_t counts[LFLARE_WAVELENGTHS], near; /* near: within the margin, at the middle wavelength */
     lflare__fit_sample samples[LFLARE_WAVELENGTHS][LFLARE__FIT_RAYS];
     float heights[LFLARE__FIT_RAYS][LFLARE_MAX_STEPS][2]; /* on every step's rim, at the middle wavelength */
 } lflare__fit_knot;
@@ -3188,15 +3200,15 @@ static double lflare__closed(lflare__fitter *f, int32_t k, double x, double y, d
     return lflare__min(lflare__max(stop, ray->relative), 4);
 }
 
-/* The least closed ray of the meridional plane: heights are nearly linear in x, so the greatest of them is nearly convex. Looks no
-   further once `enough` is met. */
-static double lflare__least_closed(lflare__fitter *f, double slope, double enough, double *at)
+/* The least closed ray of the meridional plane, to begin with of 2 `count` + 1: heights are nearly linear in x, so the greatest of
+   them is nearly convex. Looks no further once `enough` is met. */
+static double lflare__least_closed_of(lflare__fitter *f, double slope, int32_t count, double enough, double *at)
 {
     const lflare_surface *front = &f->lens->prescription.surfaces[0];
-    double reach = front->semi_diameter + fabs(lflare_sag(front, front->semi_diameter)) * slope, best = 9, step = reach / 10;
+    double reach = front->semi_diameter + fabs(lflare_sag(front, front->semi_diameter)) * slope, best = 9, step = reach / count;
     lflare_ray ray;
     int32_t i;
-    for (i = -10; i <= 10; i++) {
+    for (i = -count; i <= count; i++) {
         double c = lflare__closed(f, 1, i * step, 0, slope, &ray, NULL);
         if (c < best) {
             best = c;
@@ -3214,14 +3226,25 @@ static double lflare__least_closed(lflare__fitter *f, double slope, double enoug
     return best;
 }
 
-/* The field angle from which on nothing passes. */
+/* Bundles much narrower than the front element want a closer look. */
+static double lflare__least_closed(lflare__fitter *f, double slope, double enough, double *at)
+{
+    double best = lflare__least_closed_of(f, slope, 10, enough, at);
+    return best > 1 ? lflare__least_closed_of(f, slope, 36, enough, at) : best;
+}
+
+/* The field angle from which on nothing passes; a ghost that comes again farther out is not followed. */
 static double lflare__fit_hidden(lflare__fitter *f)
 {
     double x, lo = 0, hi = 1.3;
     int32_t i;
     if (lflare__least_closed(f, 0, 1, &x) > 1) return 0;
-    if (lflare__least_closed(f, tan(hi), 1, &x) <= 1) return hi;
-    for (i = 0; i < 14; i++) {
+    for (i = 1; i <= 13; i++) {
+        hi = 0.1 * i;
+        if (lflare__least_closed(f, tan(hi), 1, &x) > 1) break;
+        lo = hi;
+    }
+    for (i = 0; i < 11 && lo < hi; i++) {
         double middle = 0.5 * (lo + hi);
         if (lflare__least_closed(f, tan(middle), 1, &x) <= 1) lo = middle;
         else hi = middle;
@@ -3325,13 +3348,14 @@ static void lflare__fit_count_cut(lflare__fitter *f, const lflare_path *path, co
 static void lflare__fit_shoot(lflare__fitter *f, lflare__fit_knot *knot, int32_t k, int32_t across, int32_t up, int32_t rims, const int32_t *steps)
 {
     int32_t i, j, p, n = 0;
+    if (k == 1) knot->near = 0;
     for (j = 0; j < up; j++)
         for (i = 0; i < across; i++) {
             lflare__fit_sample *s = &knot->samples[k][n];
             lflare_ray ray;
-            double x = knot->middle + knot->half[0] * cos(LFLARE__PI * (i + 0.5) / across), y = knot->half[1] * sin(0.5 * LFLARE__PI * (j + 0.5) / up);
+            double x = knot->middle + 1.05 * knot->half[0] * cos(LFLARE__PI * (i + 0.5) / across), y = 1.05 * knot->half[1] * sin(0.5 * LFLARE__PI * (j + 0.5) / up);
             s->closed = lflare__closed(f, k, x, y, knot->slope, &ray, f->hits);
-            if (s->closed > LFLARE__FIT_MARGIN) continue;
+            if (s->closed > LFLARE__FIT_FAR) continue;
             s->x = (x - knot->unit_middle) / knot->unit[0];
             s->y = y / knot->unit[1];
             for (p = 0; p < 2; p++) {
@@ -3341,7 +3365,8 @@ static void lflare__fit_shoot(lflare__fitter *f, lflare__fit_knot *knot, int32_t
             for (p = 0; p < 2 * rims; p++) s->place[2 + p / 2][p % 2] = f->hits[steps[p / 2]].position[p % 2] / f->paths[k].steps[steps[p / 2]].semi;
             s->weight = lflare__hits_weight(f, k, &f->paths[k]);
             if (k == 1) {
-                lflare__fit_count_cut(f, &f->paths[k], &ray);
+                knot->near += s->closed <= LFLARE__FIT_MARGIN;
+                if (s->closed <= LFLARE__FIT_MARGIN) lflare__fit_count_cut(f, &f->paths[k], &ray);
                 for (p = 0; p < 2 * f->paths[k].step_count; p++) knot->heights[n][p / 2][p % 2] = (float)(f->hits[p / 2].position[p % 2] / f->paths[k].steps[p / 2].semi);
             }
             n++;
@@ -3406,14 +3431,15 @@ static void lflare__fit_solve(lflare__fitter *f, const lflare__fit_knot *knot, i
     int32_t n = lflare__terms(odd ? order - 1 : order), sides = places + !odd, rows = knot->counts[k], i, p;
     for (i = 0; i < rows; i++) {
         const lflare__fit_sample *s = &knot->samples[k][i];
+        double counts = s->closed <= LFLARE__FIT_MARGIN ? 1 : LFLARE__FIT_FAR_SHARE;
         lflare__terms_at t;
         lflare__terms_make(b->order, (float)s->x, (float)s->y, 0, &t);
-        for (p = 0; p < n; p++) f->matrix[p * LFLARE__FIT_ROWS + i] = (double)t.value[p] * (odd ? s->y : 1);
+        for (p = 0; p < n; p++) f->matrix[p * LFLARE__FIT_ROWS + i] = counts * (double)t.value[p] * (odd ? s->y : 1);
         for (p = 0; p < sides; p++) {
             double value = p == places ? lflare__fit_root(s->weight, b->squarings) : s->place[p][odd];
             if (k != 1) /* the difference from the middle wavelength */
                 value -= odd ? s->y * (double)lflare__sum_odd(b, 1, p, t.value) : (double)lflare__sum_even(b, 1, p == places ? LFLARE__PLACES : p, t.value);
-            f->right[p * LFLARE__FIT_ROWS + i] = value;
+            f->right[p * LFLARE__FIT_ROWS + i] = counts * value;
         }
     }
     lflare__least_squares(f, rows, n, sides);
@@ -3434,6 +3460,9 @@ static double lflare__fit_polynomials(lflare__fitter *f, const lflare__fit_knot 
     b->middle = (float)knot->unit_middle;
     b->half[0] = (float)knot->unit[0];
     b->half[1] = (float)knot->unit[1];
+    b->open_middle = (float)knot->middle;
+    b->open_half[0] = (float)knot->half[0];
+    b->open_half[1] = (float)knot->half[1];
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
         int32_t w = sequence[k], n = k == 0 ? order : lflare__difference_order(order);
         lflare__fit_solve(f, knot, w, n, 2 + rims, 0, b);
@@ -3443,6 +3472,7 @@ static double lflare__fit_polynomials(lflare__fitter *f, const lflare__fit_knot 
         const lflare__fit_sample *s = &knot->samples[1][i];
         lflare__terms_at t;
         float place[2];
+        if (s->closed > LFLARE__FIT_MARGIN) continue;
         lflare__terms_make(order, (float)s->x, (float)s->y, 0, &t);
         lflare__place_at(b, 1, 0, &t, place);
         worst = lflare__max(worst, fabs((double)place[0] - s->place[0][0]) + fabs((double)place[1] - s->place[0][1]));
@@ -3466,10 +3496,12 @@ static int32_t lflare__fit_squarings(lflare__fitter *f, int32_t order)
             b->order = order;
             b->squarings = squarings;
             lflare__fit_solve(f, knot, 1, order, 0, 0, b);
-            for (i = 0; i < knot->counts[1]; i++) most = lflare__max(most, knot->samples[1][i].weight);
+            for (i = 0; i < knot->counts[1]; i++)
+                if (knot->samples[1][i].closed <= LFLARE__FIT_MARGIN) most = lflare__max(most, knot->samples[1][i].weight);
             for (i = 0; i < knot->counts[1]; i++) {
                 const lflare__fit_sample *s = &knot->samples[1][i];
                 lflare__terms_at t;
+                if (s->closed > LFLARE__FIT_MARGIN) continue;
                 lflare__terms_make(order, (float)s->x, (float)s->y, 0, &t);
                 error += fabs((double)lflare__weight_at(b, 1, &t) - s->weight) / (s->weight + 0.02 * most);
             }
@@ -3486,7 +3518,7 @@ static int32_t lflare__fit_squarings(lflare__fitter *f, int32_t order)
 static int32_t lflare__fit_rims(lflare__fitter *f, int32_t step_count, int32_t *steps)
 {
     int32_t rims = 0, i, total = 0;
-    for (i = 0; i < LFLARE__KNOTS; i++) total += f->knots[i].counts[1];
+    for (i = 0; i < LFLARE__KNOTS; i++) total += f->knots[i].near;
     while (rims < LFLARE_FIT_RIMS) {
         int32_t most = 0;
         for (i = 1; i < step_count; i++)
@@ -3512,11 +3544,12 @@ static int lflare__fit_apart(const lflare__bundle *b, const lflare__terms_at *t,
 }
 
 /* How bent the map is, over rays that pass: distance on the sensor, in pixels of a picture 1280 wide (twice the root mean square),
-   between a place and where linear interpolation on the coarsest mesh puts it. Counts rays about which the map turns over, and those
-   whose colours are apart. */
+   between a place and where linear interpolation on the coarsest mesh puts it. Counts rays about which the map turns over, or nearly
+   does, and those whose colours are apart. */
 static double lflare__fit_bend(const lflare__fitter *f, const lflare__fit_knot *knot, const lflare__bundle *b, int32_t *turned, int32_t *apart)
 {
-    double sum = 0, step = 0.5 / 4; /* half a ring */
+    double sum = 0, mean = 0, step = 0.5 / 4; /* half a ring */
+    float shrink[LFLARE__FIT_RAYS];
     int32_t i, j, over = 0, count = 0;
     for (i = 0; i < knot->counts[1]; i++) {
         const lflare__fit_sample *s = &knot->samples[1][i];
@@ -3531,15 +3564,16 @@ static double lflare__fit_bend(const lflare__fitter *f, const lflare__fit_knot *
                 lflare__place_at(b, 1, 0, &t, p[e]);
                 if (e == 1 && j == 0) {
                     lflare__place_slopes(b, 1, 0, &t, slopes);
-                    over += slopes[0] * slopes[3] - slopes[1] * slopes[2] < 0;
+                    shrink[count] = slopes[0] * slopes[3] - slopes[1] * slopes[2];
+                    mean += (double)shrink[count++];
                     *apart += lflare__fit_apart(b, &t, slopes);
-                    count++;
                 }
             }
             for (e = 0; e < 2; e++) sum += 0.25 * (double)((p[0][e] - 2 * p[1][e] + p[2][e]) * (p[0][e] - 2 * p[1][e] + p[2][e]));
         }
     }
-    *turned += over < count - over ? over : count - over;
+    for (i = 0; i < count; i++) over += (double)shrink[i] * mean < 0.1 * mean * mean / count;
+    *turned += over;
     return count > 0 ? 2 * sqrt(sum / count) / f->pixel : 0;
 }
 
@@ -3578,6 +3612,9 @@ static uint8_t *lflare__store_knot(uint8_t *p, const lflare__bundle *b)
     p = lflare__store_float(p, b->middle);
     p = lflare__store_float(p, b->half[0]);
     p = lflare__store_float(p, b->half[1]);
+    p = lflare__store_float(p, b->open_middle);
+    p = lflare__store_float(p, b->open_half[0]);
+    p = lflare__store_float(p, b->open_half[1]);
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
         int32_t w = sequence[k], n = k == 0 ? b->order : lflare__difference_order(b->order);
         for (place = 0; place < 2 + b->rims; place++)
@@ -3585,6 +3622,61 @@ static uint8_t *lflare__store_knot(uint8_t *p, const lflare__bundle *b)
         p = lflare__store_field(p, &b->even[w][0][LFLARE__PLACES], lflare__terms(n), NULL, 0);
     }
     return p;
+}
+
+/* Boxes of all knots, and the first rays within. Returns at how many knots there are such rays, up to the first where there are none. */
+static int32_t lflare__fit_begin(lflare__fitter *f, double hidden)
+{
+    int32_t j;
+    memset(f->cuts, 0, sizeof f->cuts);
+    for (j = 0; j < LFLARE__KNOTS; j++) {
+        lflare__fit_knot *knot = &f->knots[j];
+        knot->slope = tan((double)lflare__knot_angle(j, (float)hidden, LFLARE__KNOTS) * (j == LFLARE__KNOTS - 1 ? 0.99999 : 1));
+        if (!lflare__fit_box(f, knot)) return j;
+    }
+    lflare__fit_smooth_boxes(f);
+    for (j = 0; j < LFLARE__KNOTS; j++) {
+        lflare__fit_shoot(f, &f->knots[j], 1, 12, 7, 0, NULL);
+        if (f->knots[j].near < 4) return j;
+    }
+    return LFLARE__KNOTS;
+}
+
+/* Whether meshes at LFLARE__KNOTS field angles would be off between them: vertices of the boxes of rays, interpolated, against the
+   polynomials there, which are smoother. */
+static int lflare__fit_dense(const lflare__fitter *f, const uint8_t *row, const uint8_t *knots)
+{
+    static const float places[5][2] = {{0, 0}, {0.8f, 0}, {-0.8f, 0}, {0.3f, 0.8f}, {-0.3f, 0.8f}};
+    float at[LFLARE__KNOTS][5][4], share[4];
+    lflare__fit_ghost ghost;
+    lflare__bundle b;
+    lflare__terms_at t;
+    int32_t j, i, k, c;
+    lflare__fit_ghost_read(row - LFLARE__FIT_HEAD, 0, &ghost);
+    ghost.knots = knots;
+    for (j = 0; j < LFLARE__KNOTS; j++)
+        for (i = 0; i < 5; i++) { /* entrance, sensor */
+            const lflare__fit_knot *knot = &f->knots[j];
+            at[j][i][0] = (float)knot->middle + (float)knot->half[0] * places[i][0];
+            at[j][i][1] = (float)knot->half[1] * places[i][1];
+            lflare__terms_make(ghost.order, (at[j][i][0] - f->bundles[j].middle) / f->bundles[j].half[0], at[j][i][1] / f->bundles[j].half[1], 0, &t);
+            lflare__place_at(&f->bundles[j], 1, 0, &t, at[j][i] + 2);
+        }
+    for (j = 0; j + 1 < LFLARE__KNOTS; j++) {
+        int32_t first = lflare__cubic_shares((float)j + 0.5f, LFLARE__KNOTS, share);
+        float rest = 1 - ((float)j + 0.5f) / (LFLARE__KNOTS - 1);
+        lflare__bundle_at(&ghost, ghost.hidden_angle * (1 - rest * rest), &b);
+        for (i = 0; i < 5; i++) {
+            float v[4] = {0, 0, 0, 0}, sensor[2];
+            for (k = 0; k < 4; k++)
+                for (c = 0; c < 4; c++) v[c] += share[k] * at[first + k][i][c];
+            lflare__terms_make(b.order, (v[0] - b.middle) / b.half[0], v[1] / b.half[1], 0, &t);
+            lflare__place_at(&b, 1, 0, &t, sensor);
+            if (sqrtf(sensor[0] * sensor[0] + sensor[1] * sensor[1]) > (float)f->reach) continue;
+            if (fabsf(v[2] - sensor[0]) + fabsf(v[3] - sensor[1]) > 2.0f * (float)f->pixel) return 1;
+        }
+    }
+    return 0;
 }
 
 /* Fits one ghost; writes its row, and its knots to `out`. Returns the bytes of the knots, 0 if no light comes this way. */
@@ -3600,29 +3692,23 @@ static size_t lflare__fit_one(lflare__fitter *f, lflare_pair pair, uint8_t *row,
         f->paths[k].unweighted = 1;
     }
     hidden = lflare__fit_hidden(f);
+    for (tries = 0; hidden > 0; tries++) {
+        j = lflare__fit_begin(f, hidden);
+        if (j == LFLARE__KNOTS) break;
+        hidden = j > 0 && tries < 10 ? 0.5 * (double)(lflare__knot_angle(j - 1, (float)hidden, LFLARE__KNOTS) + lflare__knot_angle(j, (float)hidden, LFLARE__KNOTS)) : 0;
+    }
     if (!(hidden > 0)) return 0;
-    memset(f->cuts, 0, sizeof f->cuts);
-    for (j = 0; j < LFLARE__KNOTS; j++) {
-        lflare__fit_knot *knot = &f->knots[j];
-        knot->slope = tan((double)lflare__knot_angle(j, (float)hidden) * (j == LFLARE__KNOTS - 1 ? 0.99999 : 1));
-        if (!lflare__fit_box(f, knot)) return 0;
-    }
-    lflare__fit_smooth_boxes(f);
-    for (j = 0; j < LFLARE__KNOTS; j++) {
-        lflare__fit_shoot(f, &f->knots[j], 1, 12, 7, 0, NULL);
-        if (f->knots[j].counts[1] < 4) return 0;
-    }
     rims = lflare__fit_rims(f, f->paths[1].step_count, steps);
     for (j = 0; j < LFLARE__KNOTS; j++) {
         lflare__fit_take_rims(&f->knots[j], rims, steps);
         for (k = 0; k < LFLARE_WAVELENGTHS; k += 2) lflare__fit_shoot(f, &f->knots[j], k, 8, 4, rims, steps);
     }
     squarings = lflare__fit_squarings(f, 5);
-    for (tries = 0; tries < 4 && (tries == 0 || worst > 0.2 * f->pixel); tries++) {
+    for (tries = 0; tries < 4 && (tries == 0 || worst > 0.4 * f->pixel); tries++) {
         order = orders[tries];
         worst = 0;
         for (j = 0; j < LFLARE__KNOTS && tries == 2; j++) { /* more terms need more rays */
-            lflare__fit_shoot(f, &f->knots[j], 1, 16, 8, 0, NULL);
+            lflare__fit_shoot(f, &f->knots[j], 1, 20, 10, 0, NULL);
             lflare__fit_take_rims(&f->knots[j], rims, steps);
             for (k = 0; k < LFLARE_WAVELENGTHS; k += 2) lflare__fit_shoot(f, &f->knots[j], k, 12, 6, rims, steps);
         }
@@ -3632,13 +3718,14 @@ static size_t lflare__fit_one(lflare__fitter *f, lflare_pair pair, uint8_t *row,
         bend = lflare__max(bend, lflare__fit_bend(f, &f->knots[j], &f->bundles[j], &turned, &apart));
         p = lflare__store_knot(p, &f->bundles[j]);
     }
-    folded = turned > 4 || apart > 8;
-    for (level = 0; level < LFLARE__MAX_LEVEL && bend > 4; level++) bend /= 4;
+    folded = turned > 0 || apart > 0;
+    for (level = 0; level < LFLARE__MAX_LEVEL && bend > (folded ? 1 : 4); level++) bend /= 4;
     lflare__store_float(row + 4, (float)hidden);
     row[8] = (uint8_t)order;
     row[9] = (uint8_t)rims;
     row[10] = (uint8_t)level;
     row[11] = (uint8_t)(folded | squarings << 1);
+    row[11] = (uint8_t)(row[11] | lflare__fit_dense(f, row, out) << 3);
     for (k = 0; k < LFLARE_FIT_RIMS; k++) lflare__store_bytes(row + 12 + 2 * k, (uint32_t)steps[k], 2);
     lflare__store_float(row + 24, (float)worst);
     return (size_t)(p - out);
@@ -3747,11 +3834,14 @@ static int32_t lflare__mesh_patches(const lflare__fit_ghost *g)
     return (g->folded ? LFLARE_WAVELENGTHS : 1) * (lflare__mesh_rings(g->level) / 4) * (lflare__mesh_directions(g->level) / 4);
 }
 
+static int32_t lflare__mesh_floats(int split) { return split ? LFLARE__MESH_SPLIT : LFLARE__MESH_FUSED; }
+static int32_t lflare__mesh_knots(int dense) { return dense ? LFLARE__MORE_KNOTS : LFLARE__KNOTS; }
+
 /* Texels of one mesh, all knots. */
-static size_t lflare__mesh_size(int32_t level)
+static size_t lflare__mesh_size(const lflare__fit_ghost *g)
 {
-    size_t vertices = (size_t)(lflare__mesh_rings(level) + 1) * (size_t)(lflare__mesh_directions(level) + 1);
-    return LFLARE__KNOTS * (LFLARE__MESH_KNOT_TEXELS + vertices * LFLARE__MESH_FLOATS / 4);
+    size_t vertices = (size_t)(lflare__mesh_rings(g->level) + 1) * (size_t)(lflare__mesh_directions(g->level) + 1);
+    return (size_t)lflare__mesh_knots(g->dense) * (LFLARE__MESH_KNOT_TEXELS + vertices * (size_t)lflare__mesh_floats(g->folded) / 4);
 }
 
 /* What shapes a ghost's mesh at one field angle. */
@@ -3766,18 +3856,23 @@ typedef struct lflare__mesher {
 } lflare__mesher;
 
 typedef struct lflare__mesh_point {
-    float sensor[2], closed[LFLARE_WAVELENGTHS], irradiance[LFLARE_WAVELENGTHS], weight[LFLARE_WAVELENGTHS];
+    float sensor[2], entrance[2], closed[LFLARE_WAVELENGTHS];
+    float weight[LFLARE_WAVELENGTHS]; /* irradiance there is that over |shrink| */
     float shrink;             /* the leading channel's sensor area per entrance area, signed */
     float iris[LFLARE_WAVELENGTHS][2], rim[LFLARE_WAVELENGTHS]; /* in units of their radii; of the rim that clips first */
     float lamp;                                                 /* blur of that rim for the channel last looked at */
 } lflare__mesh_point;
 
 /* How closed a channel is to a point of the box, all its fields given: passes up to 1. The end of what matters and of what was
-   fitted counts as a rim. */
+   fitted counts, but only meshes whose outline does not stop there need it as a rim: it has no soft edge. */
 static float lflare__mesh_closed(const lflare__mesher *m, int32_t k, float x, float y, const float *fx, const float *fy, lflare__mesh_point *out)
 {
-    float c, rim = lflare__maxf((fx[0] * fx[0] + fy[0] * fy[0]) / (m->reach * m->reach), sqrtf(x * x * x * x + y * y * y * y) * (1 / (1.12f * 1.12f)));
+    const lflare__bundle *b = &m->bundle;
+    float across = fabsf(b->middle + b->half[0] * x - b->open_middle) / lflare__maxf(b->open_half[0], 1e-6f), up = fabsf(b->half[1] * y) / lflare__maxf(b->open_half[1], 1e-6f);
+    float c, end = lflare__maxf(across, up), rim;
     int32_t i;
+    end = lflare__maxf((fx[0] * fx[0] + fy[0] * fy[0]) / (m->reach * m->reach), end * end);
+    rim = m->ragged ? end : 0;
     out->lamp = 0;
     for (i = 0; i < m->bundle.rims; i++) {
         c = fx[2 + i] * fx[2 + i] + fy[2 + i] * fy[2 + i];
@@ -3788,7 +3883,7 @@ static float lflare__mesh_closed(const lflare__mesher *m, int32_t k, float x, fl
     out->iris[k][0] = fx[1] / m->iris;
     out->iris[k][1] = fy[1] / m->iris;
     out->rim[k] = sqrtf(rim);
-    return sqrtf(lflare__maxf(rim, out->iris[k][0] * out->iris[k][0] + out->iris[k][1] * out->iris[k][1]));
+    return sqrtf(lflare__maxf(lflare__maxf(rim, end), out->iris[k][0] * out->iris[k][0] + out->iris[k][1] * out->iris[k][1]));
 }
 
 /* One channel alone, in the mesh's coordinates: above 0 it is open. */
@@ -3824,21 +3919,26 @@ static float lflare__mesh_match(const lflare__mesher *m, int32_t k, const float 
 static void lflare__mesh_point_at(const lflare__mesher *m, float x, float y, lflare__mesh_point *out)
 {
     lflare__terms_at lead, t;
+    float slopes[4];
     int32_t k;
     x += m->bend * y * y;
+    out->entrance[0] = m->bundle.middle + m->bundle.half[0] * x;
+    out->entrance[1] = m->bundle.half[1] * y;
     lflare__terms_make(m->bundle.order, x, y, 1, &lead);
     lflare__place_at(&m->bundle, m->lead, 0, &lead, out->sensor);
+    lflare__place_slopes(&m->bundle, m->lead, 0, &lead, slopes);
+    out->shrink = (slopes[0] * slopes[3] - slopes[1] * slopes[2]) / (m->bundle.half[0] * m->bundle.half[1]);
     for (k = m->begin; k < m->end; k++) {
         float j[4], shrink, px = x, py = y, fx[LFLARE__EVEN_FIELDS], fy[LFLARE__PLACES];
         t = lead;
         if (k != m->lead && lflare__mesh_match(m, k, out->sensor, &px, &py, &t) > 0.02f * m->reach) lflare__mesh_match(m, k, out->sensor, &px, &py, &t);
         lflare__fields_at(&m->bundle, k, &t, fx, fy);
         out->closed[k] = lflare__mesh_closed(m, k, px, py, fx, fy, out);
+        out->weight[k] = lflare__weight_of(&m->bundle, fx[LFLARE__PLACES]);
+        if (k == m->lead) continue;
         lflare__place_slopes(&m->bundle, k, 0, &t, j);
         shrink = (j[0] * j[3] - j[1] * j[2]) / (m->bundle.half[0] * m->bundle.half[1]);
-        if (k == m->lead) out->shrink = shrink;
-        out->weight[k] = lflare__weight_of(&m->bundle, fx[LFLARE__PLACES]);
-        out->irradiance[k] = out->weight[k] / lflare__maxf(fabsf(shrink), 1e-12f);
+        out->weight[k] *= lflare__minf(fabsf(out->shrink) / lflare__maxf(fabsf(shrink), 1e-12f), 4);
     }
 }
 
@@ -3851,7 +3951,7 @@ static float lflare__mesh_widest_of(const lflare__mesher *m, int32_t k, float *a
         float open = lflare__mesh_open(m, k, 0.15f * (float)i, 0);
         if (open > best) best = open, *at = 0.15f * (float)i;
     }
-    for (i = 0; i < 9; i++) {
+    for (i = 0; i < (best < 0.05f ? 24 : 9); i++) {
         float x = *at;
         step *= 0.6f;
         for (side = -1; side <= 1; side += 2) {
@@ -3887,7 +3987,7 @@ static float lflare__mesh_extent(const lflare__mesher *m, int32_t k, float x, fl
         open_near = open_far;
         far *= 1.5f;
     }
-    for (i = 0; i < 10 && far - near > 1e-3f * far; i++) { /* regula falsi, kept from creeping */
+    for (i = 0; i < 30 && far - near > 1e-3f * far; i++) { /* regula falsi, kept from creeping */
         float share = i % 3 == 2 ? 0.5f : lflare__minf(lflare__maxf(open_near / (open_near - open_far), 0.02f), 0.98f);
         float middle = near + share * (far - near), open = lflare__mesh_open(m, k, x + middle * dx, y + middle * dy);
         if (fabsf(open) < 3e-4f) return middle;
@@ -3944,67 +4044,105 @@ static float lflare__mesh_any_open(const lflare__mesher *m, float x, float y)
     return open;
 }
 
-/* Widens bounds (least and greatest x, greatest y) by what is open. */
-static void lflare__mesh_bounds(const lflare__mesher *m, float *bounds)
+/* Bounds of what is open: least and greatest x, greatest y, mm on the entrance. Returns 0 if nothing is. */
+static int lflare__mesh_bounds(lflare__mesher *m, float *bounds)
 {
+    float lo = 9, hi = -9, up = 0;
     int32_t i, j;
+    if (lflare__mesh_place(m)) { /* may be less than the grid below sees */
+        lo = m->middle - m->half[0];
+        hi = m->middle + m->half[0];
+        up = m->half[1];
+    }
     for (j = 0; j <= 14; j++)
         for (i = -14; i <= 14; i++) {
             float x = 0.08f * (float)i, y = 0.08f * (float)j;
             if (lflare__mesh_any_open(m, x, y) <= -0.03f) continue;
-            bounds[0] = lflare__minf(bounds[0], x);
-            bounds[1] = lflare__maxf(bounds[1], x);
-            bounds[2] = lflare__maxf(bounds[2], y);
+            lo = lflare__minf(lo, x - 0.06f);
+            hi = lflare__maxf(hi, x + 0.06f);
+            up = lflare__maxf(up, y + 0.06f);
         }
+    bounds[0] = m->bundle.middle + m->bundle.half[0] * lo;
+    bounds[1] = m->bundle.middle + m->bundle.half[0] * hi;
+    bounds[2] = m->bundle.half[1] * up;
+    return lo < hi;
 }
 
+/* A vertex, for three channels: place on the sensor, on the entrance; weights, shrink; rims, spread of the shrink; places on the iris;
+   blur of the rim, see lflare__mesh_rates. For one: place, entrance; weight, shrink, its spread, blur; rim, place on the iris, the same. */
 static void lflare__mesh_store(const lflare__mesher *m, const lflare__mesh_point *p, float *out)
 {
-    int32_t k;
-    out[0] = p->sensor[0];
-    out[1] = p->sensor[1];
-    for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
-        int32_t from = k < m->begin || k >= m->end ? m->lead : k; /* what is not drawn is put where it does no harm */
-        out[2 + k] = from == k ? p->irradiance[k] : 0;
-        out[5 + k] = p->rim[from];
-        out[8 + 2 * k] = p->iris[from][0];
-        out[9 + 2 * k] = p->iris[from][1];
+    int32_t k, split = m->end - m->begin == 1, step = split ? 0 : 1;
+    float *weight = out + 4, *shrink = split ? out + 5 : out + 7, *rim = out + 8, *iris = split ? out + 9 : out + 12;
+    for (k = 0; k < 2; k++) {
+        out[k] = p->sensor[k];
+        out[2 + k] = p->entrance[k];
     }
-    out[14] = p->lamp;
-    out[15] = 0;
+    *shrink = p->shrink;
+    for (k = m->begin; k < m->end; k++) {
+        weight[step * k] = p->weight[k];
+        rim[step * k] = p->rim[k];
+        iris[2 * step * k] = p->iris[k][0];
+        iris[2 * step * k + 1] = p->iris[k][1];
+    }
+    out[split ? 7 : 18] = p->lamp;
 }
 
-/* Twice the area of a triangle on the sensor; a, b, c: the vertices' floats. */
+/* Twice the area of a triangle; a, b, c: its corners. */
 static float lflare__mesh_area(const float *a, const float *b, const float *c)
 {
     return (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);
 }
 
-/* Places the rings along a direction so that they divide the way on the sensor evenly, and a little the way on the entrance too:
-   rays near total reflection run apart by decimetres. */
-static void lflare__mesh_spread(const lflare__mesher *m, float x, float y, float outer, int32_t rings, float *places)
+/* Along a direction, at `count` + 1 even places: the way on the sensor up to each of them, the map's shrink and how open it is there. */
+static void lflare__mesh_walk(const lflare__mesher *m, float x, float y, float outer, int32_t count, float *way, float *shrink, float *open)
 {
-    enum { FINE = 4 };
-    float length[FINE * (4 << LFLARE__MAX_LEVEL) + 1], last[2] = {0, 0}, even;
-    int32_t i, r = 1, count = FINE * rings;
-    length[0] = places[0] = 0;
+    float last[2] = {0, 0};
+    int32_t i;
     for (i = 0; i <= count; i++) {
-        float at = outer * (float)i / (float)count, sensor[2];
+        float at = outer * (float)i / (float)count, sensor[2], j[4];
         lflare__terms_at t;
-        lflare__terms_make(m->bundle.order, m->middle + at * x + m->bend * at * y * at * y, at * y, 0, &t);
+        lflare__terms_make(m->bundle.order, m->middle + at * x + m->bend * at * y * at * y, at * y, 1, &t);
         lflare__place_at(&m->bundle, m->lead, 0, &t, sensor);
-        if (i > 0) length[i] = length[i - 1] + sqrtf((sensor[0] - last[0]) * (sensor[0] - last[0]) + (sensor[1] - last[1]) * (sensor[1] - last[1]));
+        lflare__place_slopes(&m->bundle, m->lead, 0, &t, j);
+        shrink[i] = j[0] * j[3] - j[1] * j[2];
+        open[i] = m->ragged ? lflare__mesh_open(m, m->lead, m->middle + at * x, at * y) : 0;
+        way[i] = i > 0 ? way[i - 1] + sqrtf((sensor[0] - last[0]) * (sensor[0] - last[0]) + (sensor[1] - last[1]) * (sensor[1] - last[1])) : 0;
         last[0] = sensor[0];
         last[1] = sensor[1];
     }
-    even = 0.5f * length[count] / (float)count + 1e-9f;
-    for (i = 1; i <= count; i++) length[i] += even * (float)i;
+}
+
+/* Whether a quantity passes through 0 within a tenth of the way from place i, as far as its slope says: 0 to 1. */
+static float lflare__mesh_near(const float *v, int32_t i, int32_t count)
+{
+    int32_t before = i > 2 ? i - 2 : 0, after = i + 1 < count ? i + 1 : count;
+    float near = 0.1f * (v[after] - v[before]) * (float)count / (float)(after - before), middle = 0.5f * (v[i] + v[i - 1]);
+    return near * near / (near * near + middle * middle + 1e-30f);
+}
+
+/* Places the rings along a direction so that they divide the way on the sensor evenly, a little the way on the entrance too (rays
+   near total reflection run apart by decimetres), and stand close where the map turns over: its outline there is that of triangles. */
+static void lflare__mesh_spread(const lflare__mesher *m, float x, float y, float outer, int32_t rings, float *places)
+{
+    enum { FINE = 4, MOST = FINE * (4 << LFLARE__MAX_LEVEL) };
+    float way[MOST + 1], shrink[MOST + 1], open[MOST + 1], sum[MOST + 1], even;
+    int32_t i, r = 1, count = FINE * rings;
+    lflare__mesh_walk(m, x, y, outer, count, way, shrink, open);
+    even = 0.5f / (float)count;
+    for (sum[0] = 0, i = 1; i <= count; i++) {
+        float step = even + (way[i] - way[i - 1]) / (way[count] + 1e-9f);
+        if (m->end - m->begin == 1) step += 6 / (float)count * lflare__mesh_near(shrink, i, count);
+        if (m->ragged) step += 6 / (float)count * lflare__mesh_near(open, i, count);
+        sum[i] = sum[i - 1] + step;
+    }
+    places[0] = 0;
     for (i = 1; i <= count && r < rings; i++)
-        for (; r < rings && length[i] * (float)rings >= length[count] * (float)r; r++) {
-            float f = (length[count] * (float)r / (float)rings - length[i - 1]) / (length[i] - length[i - 1]);
-            places[r] = outer * ((float)(i - 1) + f) / (float)count;
+        for (; r < rings && sum[i] * (float)rings >= sum[count] * (float)r; r++) {
+            float f = (sum[count] * (float)r / (float)rings - sum[i - 1]) / (sum[i] - sum[i - 1]);
+            places[r] = ((float)(i - 1) + f) / (float)count;
         }
-    places[rings] = outer;
+    places[rings] = 1;
 }
 
 /* Which ring a place is at, as a fraction of all. */
@@ -4042,144 +4180,179 @@ static void lflare__mesh_outline(lflare__mesher *m, float x, float y, float *inn
     *inner = lflare__maxf(edge - 1.1f * (edge - least), 0);
 }
 
-/* What the vertices of a knot are, besides what is stored. */
-typedef struct lflare__mesh_scratch {
-    float x, y, weight[LFLARE_WAVELENGTHS], shrink; /* entrance point, mm; the leading channel's sensor area per entrance area, signed */
-} lflare__mesh_scratch;
+/* A knot's vertices, in the making. */
+typedef struct lflare__mesh_grid {
+    float *vertices;
+    int32_t rings, directions, floats;
+} lflare__mesh_grid;
 
-enum { LFLARE__MESH_VERTICES = ((4 << LFLARE__MAX_LEVEL) + 1) * ((8 << LFLARE__MAX_LEVEL) + 1) };
-
-/* Where the map turns over its scale passes through 0 between vertices. There the power of all triangles round a vertex goes
-   over their area: what is drawn between vertices then adds up to the power that comes in. */
-static void lflare__mesh_caustics(const lflare__mesher *m, int32_t rings, int32_t directions, const lflare__mesh_scratch *scratch, float *vertices)
+static float *lflare__mesh_at(const lflare__mesh_grid *g, int32_t ring, int32_t direction)
 {
-    int32_t r, d, i;
-    for (r = 0; r <= rings; r++)
-        for (d = 0; d <= directions; d++) {
-            static const int32_t dr[7] = {1, 1, 0, -1, -1, 0, 1}, dd[7] = {0, -1, -1, 0, 1, 1, 0}; /* corners of the six triangles round a vertex */
-            const lflare__mesh_scratch *here = &scratch[r * (directions + 1) + d];
-            float in = 0, out = 0, least = here->shrink, most = here->shrink;
-            for (i = 0; i < 6; i++) {
-                int32_t r1 = r + dr[i], d1 = d + dd[i], r2 = r + dr[i + 1], d2 = d + dd[i + 1];
-                const lflare__mesh_scratch *a, *b;
-                const float *va, *vb, *v = vertices + ((size_t)r * (size_t)(directions + 1) + (size_t)d) * LFLARE__MESH_FLOATS;
-                if (r1 < 0 || r2 < 0 || r1 > rings || r2 > rings || d1 < 0 || d2 < 0 || d1 > directions || d2 > directions) continue;
-                a = &scratch[r1 * (directions + 1) + d1];
-                b = &scratch[r2 * (directions + 1) + d2];
-                va = vertices + ((size_t)r1 * (size_t)(directions + 1) + (size_t)d1) * LFLARE__MESH_FLOATS;
-                vb = vertices + ((size_t)r2 * (size_t)(directions + 1) + (size_t)d2) * LFLARE__MESH_FLOATS;
-                in += fabsf((a->x - here->x) * (b->y - here->y) - (b->x - here->x) * (a->y - here->y));
-                out += fabsf(lflare__mesh_area(v, va, vb));
-                least = lflare__minf(least, lflare__minf(a->shrink, b->shrink));
-                most = lflare__maxf(most, lflare__maxf(a->shrink, b->shrink));
+    return g->vertices + (size_t)(ring * (g->directions + 1) + direction) * (size_t)g->floats;
+}
+
+/* How much the shrink differs between a vertex and its neighbours: where it is no more than that, its inverse is no irradiance. */
+static void lflare__mesh_spreads(const lflare__mesh_grid *g)
+{
+    int32_t r, d, i, shrink = g->floats == LFLARE__MESH_SPLIT ? 5 : 7, spread = g->floats == LFLARE__MESH_SPLIT ? 6 : 11;
+    float centre = 0;
+    for (r = 0; r <= g->rings; r++)
+        for (d = 0; d <= g->directions; d++) {
+            static const int32_t dr[4] = {1, -1, 0, 0}, dd[4] = {0, 0, 1, -1};
+            float *v = lflare__mesh_at(g, r, d), most = 0;
+            for (i = 0; i < 4; i++) {
+                int32_t r1 = r + dr[i], d1 = d + dd[i];
+                if (r1 < 0 || r1 > g->rings || d1 < 0 || d1 > g->directions) continue;
+                most = lflare__maxf(most, fabsf(lflare__mesh_at(g, r1, d1)[shrink] - v[shrink]));
             }
-            if (least > 0.3f * most || most < 0.3f * least) continue;
-for (i = m->begin; i < m->end; i++)
-                vertices[((size_t)r * (size_t)(directions + 1) + (size_t)d) * LFLARE__MESH_FLOATS + 2 + (size_t)i] = here->weight[i] * in / lflare__maxf(out, 1e-12f);
+            v[spread] = most;
+            if (r == 0) centre = lflare__maxf(centre, most);
         }
+    for (d = 0; d <= g->directions; d++) lflare__mesh_at(g, 0, d)[spread] = centre;
 }
 
-/* What comes in through the whole mesh, mm^2 of entrance times weight; nothing through a ragged one, whose parts are not known. */
-static void lflare__mesh_flux(const lflare__mesher *m, int32_t rings, int32_t directions, const lflare__mesh_scratch *scratch, float *flux)
+/* The last float of a vertex: where the rim begins (a share of the rings) on the last ring, what a unit of the polar radius is
+   across the outline on the one before, no less than a quarter of the way there, and on the first, whose vertices are one point,
+   the bulge of the rim. */
+static void lflare__mesh_rates(const lflare__mesh_grid *g)
 {
-    int32_t r, d, k, half;
-    for (k = 0; k < LFLARE_WAVELENGTHS; k++) flux[k] = 0;
-    for (r = 0; r < rings && !m->ragged; r++)
-        for (d = 0; d < directions; d++)
-            for (half = 0; half < 2; half++) {
-                const lflare__mesh_scratch *a = &scratch[(r + half) * (directions + 1) + d], *b = &scratch[(r + 1) * (directions + 1) + d + half], *c = &scratch[r * (directions + 1) + d + 1];
-                float area = fabsf((b->x - a->x) * (c->y - a->y) - (c->x - a->x) * (b->y - a->y)); /* of both halves of the bundle */
-                for (k = m->begin; k < m->end; k++) flux[k] += area * (a->weight[k] + b->weight[k] + c->weight[k]) / 3;
-            }
-}
-
-/* Between two vertices of the outline a rim is an arc, along which its height stays while along the chord it falls: by how much
-   goes to the first ring's vertices, whose directions are one point. */
-static void lflare__mesh_bulges(const lflare__mesher *m, int32_t directions, const lflare__mesh_scratch *outline, const float *edge, float *centre)
-{
-    enum { F = LFLARE__MESH_FLOATS };
-    float last = 0, bulge = 0;
     int32_t d;
-    for (d = 0; d <= directions; d++) {
-        if (d < directions) {
-            const lflare__mesh_scratch *a = &outline[d], *b = &outline[d + 1];
-            float fx[LFLARE__EVEN_FIELDS], fy[LFLARE__PLACES], y = 0.5f * (a->y + b->y) / m->bundle.half[1], x = m->middle + 0.5f * (a->x + b->x) / m->bundle.half[0];
+    for (d = 0; d <= g->directions; d++) {
+        const float *a = lflare__mesh_at(g, g->rings, d > 0 ? d - 1 : 0), *b = lflare__mesh_at(g, g->rings, d < g->directions ? d + 1 : d);
+        const float *v = lflare__mesh_at(g, g->rings, d);
+        float *in = lflare__mesh_at(g, g->rings - 1, d), tx = b[0] - a[0], ty = b[1] - a[1], wx = v[0] - in[0], wy = v[1] - in[1], length;
+        if (d == 0 || d == g->directions) tx = 0, ty = 1; /* across the mirror plane */
+        length = lflare__maxf(sqrtf(tx * tx + ty * ty), 1e-12f);
+        in[g->floats - 1] = (float)g->rings * lflare__maxf(fabsf(wx * ty - wy * tx) / length, 0.25f * sqrtf(wx * wx + wy * wy));
+    }
+}
+
+/* Between two vertices of the outline a rim is an arc, along which its height stays while along the chord it falls: by how much. */
+static void lflare__mesh_bulges(const lflare__mesher *m, const lflare__mesh_grid *g)
+{
+    int32_t d, k = m->lead, rim = g->floats == LFLARE__MESH_SPLIT ? 8 : 8 + k;
+    float last = 0, bulge = 0;
+    for (d = 0; d <= g->directions; d++) {
+        if (d < g->directions) {
+            const float *a = lflare__mesh_at(g, g->rings, d), *b = lflare__mesh_at(g, g->rings, d + 1);
+            float fx[LFLARE__EVEN_FIELDS], fy[LFLARE__PLACES];
+            float x = (0.5f * (a[2] + b[2]) - m->bundle.middle) / m->bundle.half[0], y = 0.5f * (a[3] + b[3]) / m->bundle.half[1];
             lflare__mesh_point p;
             lflare__terms_at t;
             lflare__terms_make(m->bundle.order, x, y, 0, &t);
-            lflare__fields_at(&m->bundle, m->lead, &t, fx, fy);
-            lflare__mesh_closed(m, m->lead, x, y, fx, fy, &p);
-            bulge = 0.5f * (edge[d * F + 5 + m->lead] + edge[(d + 1) * F + 5 + m->lead]) - p.rim[m->lead];
+            lflare__fields_at(&m->bundle, k, &t, fx, fy);
+            lflare__mesh_closed(m, k, x, y, fx, fy, &p);
+            bulge = 0.5f * (a[rim] + b[rim]) - p.rim[k];
         }
-        centre[d * F + 15] = lflare__maxf(d == 0 ? bulge : d == directions ? last : 0.5f * (last + bulge), 0);
+        lflare__mesh_at(g, 0, d)[g->floats - 1] = lflare__maxf(d == 0 ? bulge : d == g->directions ? last : 0.5f * (last + bulge), 0);
         last = bulge;
     }
 }
 
-/* One field angle of a mesh. */
-static void lflare__mesh_knot(lflare__mesher *m, int32_t level, float *out)
+/* What a knot says of its mesh as a whole: radius on the sensor (of a disc of the triangles' area), blur of the iris, radius on the
+   entrance, the centre's x there; middle and radius of its bounds on the sensor, magnification from its ends, 0. */
+static void lflare__mesh_whole(const lflare__mesher *m, const lflare__mesh_grid *g, float *out)
 {
-    enum { F = LFLARE__MESH_FLOATS };
-    int32_t rings = lflare__mesh_rings(level), directions = lflare__mesh_directions(level), r, d;
-    float *vertices = out + 4 * LFLARE__MESH_KNOT_TEXELS, far[2] = {1e30f, -1e30f}, up = 0, area = 0, places[(4 << LFLARE__MAX_LEVEL) + 1];
-    size_t row = (size_t)(directions + 1) * F;
-    lflare__mesh_scratch scratch[LFLARE__MESH_VERTICES];
-    float flux[LFLARE_WAVELENGTHS];
-    int open = m->ragged || lflare__mesh_place(m);
-    for (d = 0; d <= directions; d++) {
-        float angle = (float)LFLARE__PI * (float)d / (float)directions, x = m->half[0] * cosf(angle), y = d == 0 || d == directions ? 0 : m->half[1] * sinf(angle);
-        float outer = 0, inner = 0;
-        if (open && m->ragged) {
-            outer = 1;
-        } else if (open) {
-            lflare__mesh_outline(m, x, y, &inner, &outer);
+    const float *first = lflare__mesh_at(g, g->rings, 0), *last = lflare__mesh_at(g, g->rings, g->directions);
+    float area[2] = {0, 0}, far[2] = {1e30f, -1e30f}, up = 0;
+    int32_t r, d, k;
+    for (r = 0; r <= g->rings; r++)
+        for (d = 0; d <= g->directions; d++) {
+            const float *v = lflare__mesh_at(g, r, d), *w, *x, *y;
+            far[0] = lflare__minf(far[0], v[0]);
+            far[1] = lflare__maxf(far[1], v[0]);
+            up = lflare__maxf(up, fabsf(v[1]));
+            if (r == g->rings || d == g->directions) continue;
+            w = lflare__mesh_at(g, r + 1, d);
+            x = lflare__mesh_at(g, r, d + 1);
+            y = lflare__mesh_at(g, r + 1, d + 1);
+            for (k = 0; k < 2; k++) area[k] += fabsf(lflare__mesh_area(v + 2 * k, w + 2 * k, x + 2 * k)) + fabsf(lflare__mesh_area(w + 2 * k, x + 2 * k, y + 2 * k));
         }
-        if (m->ragged)
-            for (r = 0; r <= rings; r++) places[r] = (float)r / (float)rings;
-        else
-            lflare__mesh_spread(m, x, y, outer, rings, places);
-        for (r = 0; r <= rings; r++) {
-            lflare__mesh_point p;
-            lflare__mesh_scratch *s = &scratch[r * (directions + 1) + d];
-            float at = places[r], *v = vertices + (size_t)r * row + (size_t)d * F;
-            lflare__mesh_point_at(m, m->middle + at * x, at * y, &p);
-            lflare__mesh_store(m, &p, v);
-            s->x = (at * x + m->bend * at * y * at * y) * m->bundle.half[0];
-            s->y = at * y * m->bundle.half[1];
-            memcpy(s->weight, p.weight, sizeof s->weight);
-            s->shrink = p.shrink;
-            far[0] = lflare__minf(far[0], p.sensor[0]);
-            far[1] = lflare__maxf(far[1], p.sensor[0]);
-            up = lflare__maxf(up, fabsf(p.sensor[1]));
-            if (r == rings) v[15] = lflare__mesh_ring_of(places, rings, inner); /* where the rim begins */
-        }
-    }
-    for (d = 0; d <= directions; d++) { /* on the last ring but one: what a unit of the polar radius is across the outline */
-        int32_t before = d > 0 ? d - 1 : 0, after = d < directions ? d + 1 : d;
-        float *edge = vertices + (size_t)rings * row, *in = edge - row + (size_t)d * F;
-        const float *a = edge + (size_t)before * F, *b = edge + (size_t)after * F, *v = edge + (size_t)d * F;
-        float tx = b[0] - a[0], ty = b[1] - a[1], length;
-        if (d == 0 || d == directions) tx = 0, ty = 1; /* across the mirror plane */
-        length = sqrtf(tx * tx + ty * ty);
-        in[15] = (float)rings * (length > 1e-12f ? fabsf((v[0] - in[0]) * ty - (v[1] - in[1]) * tx) / length : 0);
-    }
-    if (!m->ragged) lflare__mesh_bulges(m, directions, &scratch[rings * (directions + 1)], vertices + (size_t)rings * row, vertices);
-    for (r = 0; r < rings; r++)
-        for (d = 0; d < directions; d++) {
-            const float *v = vertices + (size_t)r * row + (size_t)d * F, *w = v + F;
-            area += fabsf(lflare__mesh_area(v, v + row, w)) + fabsf(lflare__mesh_area(v + row, w, w + row));
-        }
-    lflare__mesh_caustics(m, rings, directions, scratch, vertices);
-    memset(out, 0, sizeof(float) * 4 * LFLARE__MESH_KNOT_TEXELS);
-    lflare__mesh_flux(m, rings, directions, scratch, flux);
-    out[3] = flux[0];
-    out[6] = flux[1];
-    out[7] = flux[2];
-    out[0] = sqrtf(area / (float)LFLARE__PI); /* both halves of the triangles */
+    out[0] = sqrtf(area[0] / (float)LFLARE__PI); /* half of two triangles, on both sides of the mirror plane */
     out[1] = m->lamps[0];
-    out[2] = sqrtf(m->half[0] * m->bundle.half[0] * m->half[1] * m->bundle.half[1]);
+    out[2] = sqrtf(area[1] / (float)LFLARE__PI);
+    out[3] = lflare__mesh_at(g, 0, 0)[2];
     out[4] = 0.5f * (far[0] + far[1]);
     out[5] = sqrtf(0.25f * (far[1] - far[0]) * (far[1] - far[0]) + up * up);
+    out[6] = (first[0] - last[0]) / lflare__maxf(first[2] - last[2], 1e-12f);
+    out[7] = 0;
+}
+
+/* Where the vertices of a knot stand: polar coordinates, and for each direction how far out it is open and where its rings are, as
+   shares of that. */
+typedef struct lflare__mesh_plan {
+    float middle, half[2], bend;
+    float inner[(8 << LFLARE__MAX_LEVEL) + 1], outer[(8 << LFLARE__MAX_LEVEL) + 1], rings[(8 << LFLARE__MAX_LEVEL) + 1][(4 << LFLARE__MAX_LEVEL) + 1];
+} lflare__mesh_plan;
+
+static void lflare__mesh_direction(const lflare__mesher *m, int32_t d, int32_t directions, float *x, float *y)
+{
+    float angle = (float)LFLARE__PI * (float)d / (float)directions;
+    *x = m->half[0] * cosf(angle);
+    *y = d == 0 || d == directions ? 0 : m->half[1] * sinf(angle);
+}
+
+static void lflare__mesh_plan_make(lflare__mesher *m, int32_t level, lflare__mesh_plan *p)
+{
+    int32_t rings = lflare__mesh_rings(level), directions = lflare__mesh_directions(level), d, r;
+    int open = m->ragged || lflare__mesh_place(m);
+    p->middle = m->middle;
+    p->bend = m->bend;
+    for (d = 0; d < 2; d++) p->half[d] = m->half[d];
+    for (d = 0; d <= directions; d++) {
+        float x, y;
+        lflare__mesh_direction(m, d, directions, &x, &y);
+        p->inner[d] = p->outer[d] = m->ragged ? 1.0f : 0.0f;
+        if (open && !m->ragged) lflare__mesh_outline(m, x, y, &p->inner[d], &p->outer[d]);
+        for (r = 0; r <= rings; r++) p->rings[d][r] = (float)r / (float)rings;
+        if (p->outer[d] > 0) lflare__mesh_spread(m, x, y, p->outer[d], rings, p->rings[d]);
+    }
+}
+
+/* Between knots vertices are interpolated: rings that crowd where a map turns over may come and go only slowly. */
+static void lflare__mesh_plans_smooth(lflare__mesh_plan *plans, int32_t knots, int32_t level)
+{
+    int32_t r, d, pass, j;
+    for (d = 0; d <= lflare__mesh_directions(level); d++)
+        for (r = 1; r < lflare__mesh_rings(level); r++)
+            for (pass = 0; pass < 3; pass++) {
+                float before = plans[0].rings[d][r];
+                for (j = 0; j < knots; j++) {
+                    float here = plans[j].rings[d][r], after = plans[j + 1 < knots ? j + 1 : j].rings[d][r];
+                    plans[j].rings[d][r] = 0.25f * (before + 2 * here + after);
+                    before = here;
+                }
+            }
+}
+
+/* One field angle of a mesh. */
+static void lflare__mesh_knot(lflare__mesher *m, int32_t level, const lflare__mesh_plan *p, float *out)
+{
+    lflare__mesh_grid g;
+    int32_t r, d;
+    g.vertices = out + 4 * LFLARE__MESH_KNOT_TEXELS;
+    g.rings = lflare__mesh_rings(level);
+    g.directions = lflare__mesh_directions(level);
+    g.floats = lflare__mesh_floats(m->end - m->begin == 1);
+    memset(g.vertices, 0, sizeof(float) * (size_t)((g.rings + 1) * (g.directions + 1) * g.floats));
+    m->middle = p->middle;
+    m->bend = p->bend;
+    for (d = 0; d < 2; d++) m->half[d] = p->half[d];
+    for (d = 0; d <= g.directions; d++) {
+        float x, y;
+        lflare__mesh_direction(m, d, g.directions, &x, &y);
+        for (r = 0; r <= g.rings; r++) {
+            lflare__mesh_point point;
+            float at = p->outer[d] * p->rings[d][r];
+            lflare__mesh_point_at(m, m->middle + at * x, at * y, &point);
+            lflare__mesh_store(m, &point, lflare__mesh_at(&g, r, d));
+        }
+        lflare__mesh_at(&g, g.rings, d)[g.floats - 1] = m->ragged || !(p->outer[d] > 0) ? 0 : lflare__mesh_ring_of(p->rings[d], g.rings, p->inner[d] / p->outer[d]);
+    }
+    lflare__mesh_spreads(&g);
+    lflare__mesh_rates(&g);
+    if (!m->ragged) lflare__mesh_bulges(m, &g);
+    lflare__mesh_whole(m, &g, out);
 }
 
 /* Blur of the images of iris and rims, mm on the sensor per radian of the lamp's size: how fast they move with its place (P 3). */
@@ -4225,62 +4398,124 @@ static float lflare__iris_inscribed(const lflare_iris *iris)
     return least;
 }
 
-/* A ragged mesh lies over one ellipse at all field angles, since between two of them vertices are interpolated: an outline that
-   jumped would drag them across the picture. */
-static void lflare__mesh_frame(lflare__mesher *m, const lflare__fit_ghost *ghost, float hidden)
+/* Knots where nothing is open take the bounds of their neighbours. */
+static void lflare__mesh_fill_bounds(float (*bounds)[3], const int *open, int32_t knots)
 {
-    float bounds[3] = {9, -9, 0};
-    int32_t j;
-    m->bend = 0;
-    for (j = 0; j < LFLARE__KNOTS; j++) {
-        lflare__bundle_at(ghost, lflare__knot_angle(j, hidden), &m->bundle);
-        lflare__mesh_bounds(m, bounds);
+    int32_t i, j, k;
+    for (j = 0; j < knots; j++) {
+        int32_t nearest = -1;
+        for (i = 0; i < knots && !open[j]; i++)
+            if (open[i] && (nearest < 0 || abs(i - j) < abs(nearest - j))) nearest = i;
+        for (k = 0; k < 3 && nearest >= 0; k++) bounds[j][k] = bounds[nearest][k];
     }
-    m->middle = bounds[0] > bounds[1] ? 0 : 0.5f * (bounds[0] + bounds[1]);
-    m->half[0] = bounds[0] > bounds[1] ? 0.1f : 1.2f * (0.5f * (bounds[1] - bounds[0]) + 0.06f);
-    m->half[1] = 1.2f * (bounds[2] + 0.06f);
+}
+
+/* The ellipses that ragged meshes lie over: between two knots vertices are interpolated, and an outline that jumped would drag them
+   across the picture, so they hold what is open at the neighbouring knots too and change smoothly. */
+static void lflare__mesh_frames(lflare__mesher *m, const lflare__fit_ghost *ghost, float hidden, float (*frames)[3])
+{
+    float bounds[LFLARE__MORE_KNOTS][3];
+    int open[LFLARE__MORE_KNOTS];
+    int32_t i, j, k, pass, knots = lflare__mesh_knots(ghost->dense);
+    for (j = 0; j < knots; j++) {
+        lflare__bundle_at(ghost, lflare__knot_angle(j, hidden, knots), &m->bundle);
+        open[j] = lflare__mesh_bounds(m, bounds[j]);
+    }
+    lflare__mesh_fill_bounds(bounds, open, knots);
+    for (j = 0; j < knots; j++)
+        for (k = 0; k < 3; k++) {
+            frames[j][k] = bounds[j][k];
+            for (i = j - 1; i <= j + 1; i++)
+                if (i >= 0 && i < knots) frames[j][k] = k == 0 ? lflare__minf(frames[j][k], bounds[i][k]) : lflare__maxf(frames[j][k], bounds[i][k]);
+        }
+    for (pass = 0; pass < 2; pass++)
+        for (k = 0; k < 3; k++) {
+            float before = frames[0][k];
+            for (j = 0; j < knots; j++) {
+                float here = frames[j][k];
+                frames[j][k] = 0.25f * (before + 2 * here + frames[j + 1 < knots ? j + 1 : j][k]);
+                before = here;
+            }
+        }
+}
+
+/* The ellipse of a knot, in its bundle's box. */
+static void lflare__mesh_frame(lflare__mesher *m, const float *frame)
+{
+    m->bend = 0;
+    m->middle = (0.5f * (frame[0] + frame[1]) - m->bundle.middle) / m->bundle.half[0];
+    m->half[0] = lflare__maxf(1.2f * 0.5f * (frame[1] - frame[0]) / m->bundle.half[0], 0.01f);
+    m->half[1] = lflare__maxf(1.2f * frame[2] / m->bundle.half[1], 0.01f);
+}
+
+/* Whether a mesh is to be ragged: a knot is, or what is open jumps from knot to knot. */
+static int lflare__mesh_any_ragged(lflare__mesher *m, const lflare__fit_ghost *ghost, float hidden)
+{
+    float ends[LFLARE__MORE_KNOTS][2];
+    int32_t first = m->lead, knots = lflare__mesh_knots(ghost->dense), j, k;
+    for (j = 0; j < knots; j++) {
+        lflare__bundle_at(ghost, lflare__knot_angle(j, hidden, knots), &m->bundle);
+        m->lead = first;
+        if (lflare__mesh_ragged(m)) return 1;
+        for (k = 0; k < 2; k++) ends[j][k] = m->bundle.middle + m->bundle.half[0] * (m->middle + (k == 0 ? -m->half[0] : m->half[0]));
+        if (j > 0 && ghost->folded && ends[j][1] - ends[j][0] > 1.15f * (ends[j - 1][1] - ends[j - 1][0]) + 1e-4f * m->bundle.half[0]) return 1;
+    }
+    return 0;
+}
+
+/* One mesh of a ghost, for the channels that `m` says. Returns whether it is ragged. */
+static int lflare__mesh_make(lflare__mesher *m, const lflare__fit_ghost *ghost, float hidden, float *out, size_t floats)
+{
+    lflare__mesh_plan plans[LFLARE__MORE_KNOTS];
+    float frames[LFLARE__MORE_KNOTS][3];
+    int32_t lead[LFLARE__MORE_KNOTS], first = m->lead, knots = lflare__mesh_knots(ghost->dense), j;
+    m->ragged = lflare__mesh_any_ragged(m, ghost, hidden);
+    m->lead = first;
+    if (m->ragged) lflare__mesh_frames(m, ghost, hidden, frames);
+    for (j = 0; j < knots; j++) {
+        lflare__bundle_at(ghost, lflare__knot_angle(j, hidden, knots) * (j == knots - 1 ? 0.99999f : 1), &m->bundle);
+        m->lead = first;
+        if (m->ragged) lflare__mesh_frame(m, frames[j]);
+        lflare__mesh_plan_make(m, ghost->level, &plans[j]);
+        lead[j] = m->lead;
+    }
+    lflare__mesh_plans_smooth(plans, knots, ghost->level);
+    for (j = 0; j < knots; j++) {
+        lflare__bundle_at(ghost, lflare__knot_angle(j, hidden, knots) * (j == knots - 1 ? 0.99999f : 1), &m->bundle);
+        m->lead = lead[j];
+        lflare__mesh_knot(m, ghost->level, &plans[j], out + (size_t)j * floats);
+    }
+    return m->ragged;
 }
 
 /* All meshes of a ghost: one for the three channels together, or where the map turns over one for each. */
 static void lflare__mesh_ghost(const lflare_lens *lens, lflare_tables *t, int32_t g)
 {
     const float *lens_head = t->head + (size_t)g * LFLARE_HEAD_FLOATS;
-    float *head = t->mesh_head + (size_t)g * LFLARE_MESH_HEAD_FLOATS, *out;
+    float *head = t->mesh_head + (size_t)g * LFLARE_MESH_HEAD_FLOATS;
     lflare__fit_ghost ghost;
     lflare__mesher m;
-    int32_t mesh, j, ragged;
+    int32_t mesh, count = (int32_t)head[6];
+    size_t floats = 4 * (size_t)head[7];
     lflare__fit_ghost_read(t->fit, g, &ghost);
     if (ghost.knots == NULL) return;
     lflare__mesh_lamps(lens, t->pairs[g], lens_head, &ghost, m.lamps);
     m.iris = t->iris.radius;
     m.inscribed = lflare__iris_inscribed(&t->iris);
     m.reach = (float)LFLARE__FIT_REACH * lflare__maxf(t->sensor_width, t->sensor_height);
-    out = t->mesh + 4 * (size_t)head[0];
     m.lead = 1;
     m.begin = 0;
     m.end = LFLARE_WAVELENGTHS;
     m.bend = 0;
+    m.ragged = 0;
     head[4] = lflare__mesh_hidden(&m, &ghost, m.iris > 0.999f * (float)lens->prescription.surfaces[lens->stop].semi_diameter);
     head[3] = 0.61e-6f * t->wavelengths[1] * lens_head[7]; /* radius that diffraction leaves, times that of the bundle */
-    head[5] = 0;
-    for (mesh = 0; mesh < (int32_t)head[6]; mesh++) {
+    head[5] = ghost.dense ? 8 : 0;
+    for (mesh = 0; mesh < count; mesh++) {
         m.begin = ghost.folded ? mesh : 0;
         m.end = ghost.folded ? mesh + 1 : LFLARE_WAVELENGTHS;
         m.lead = ghost.folded ? mesh : 1;
-        for (j = ragged = 0; j < LFLARE__KNOTS && !ragged; j++) {
-            lflare__bundle_at(&ghost, lflare__knot_angle(j, head[4]), &m.bundle);
-            m.lead = ghost.folded ? mesh : 1;
-            ragged = lflare__mesh_ragged(&m);
-        }
-        m.ragged = ragged;
-        if (ragged) lflare__mesh_frame(&m, &ghost, head[4]);
-        head[5] += (float)(ragged << mesh);
-        for (j = 0; j < LFLARE__KNOTS; j++) {
-            lflare__bundle_at(&ghost, lflare__knot_angle(j, head[4]) * (j == LFLARE__KNOTS - 1 ? 0.99999f : 1), &m.bundle);
-            m.lead = ghost.folded ? mesh : 1;
-            lflare__mesh_knot(&m, ghost.level, out);
-            out += 4 * (size_t)head[7];
-        }
+        head[5] += (float)(lflare__mesh_make(&m, &ghost, head[4], t->mesh + 4 * (size_t)head[0] + (size_t)(mesh * lflare__mesh_knots(ghost.dense)) * floats, floats) << mesh);
     }
 }
 
@@ -4299,11 +4534,12 @@ static size_t lflare__mesh_layout(lflare_tables *t)
                 head[0] = (float)used;
                 head[1] = (float)lflare__mesh_directions(ghost.level);
                 head[2] = (float)lflare__mesh_rings(ghost.level);
+                head[5] = ghost.dense ? 8 : 0;
                 head[6] = ghost.folded ? (float)LFLARE_WAVELENGTHS : 1;
-                head[7] = (float)(lflare__mesh_size(ghost.level) / LFLARE__KNOTS);
+                head[7] = (float)(lflare__mesh_size(&ghost) / (size_t)lflare__mesh_knots(ghost.dense));
             }
         }
-        if (ghost.knots != NULL) used += (ghost.folded ? LFLARE_WAVELENGTHS : 1) * lflare__mesh_size(ghost.level);
+        if (ghost.knots != NULL) used += (ghost.folded ? LFLARE_WAVELENGTHS : 1) * lflare__mesh_size(&ghost);
     }
     return used;
 }
@@ -4655,7 +4891,7 @@ static void lflare__mesh_cull(lflare_tables *t, int32_t g)
     const float *first = t->mesh + 4 * (size_t)head[0];
     lflare_cull *cull = &t->cull[g];
     float along = 0, weight = 0, reach = 0;
-    int32_t j, count = LFLARE__KNOTS * (int32_t)head[6];
+    int32_t j, knots = lflare__mesh_knots((int32_t)head[5] & 8), count = knots * (int32_t)head[6];
     cull->patches = 0;
     if (!(head[6] > 0)) { /* exact rays say that nothing passes */
         t->rank[g * 2] = 0;
@@ -4663,7 +4899,7 @@ static void lflare__mesh_cull(lflare_tables *t, int32_t g)
     }
     for (j = 0; j < count; j++) {
         const float *knot = first + (size_t)j * 4 * (size_t)head[7];
-        float u = tanf(lflare__knot_angle(j % LFLARE__KNOTS, head[4]));
+        float u = tanf(lflare__knot_angle(j % knots, head[4], knots));
         along += knot[4] * u;
         weight += u * u;
         reach = lflare__maxf(reach, knot[1]);
@@ -4672,7 +4908,7 @@ static void lflare__mesh_cull(lflare_tables *t, int32_t g)
     cull->radius = 0;
     for (j = 0; j < count; j++) {
         const float *knot = first + (size_t)j * 4 * (size_t)head[7];
-        cull->radius = lflare__maxf(cull->radius, 1.1f * knot[5] + fabsf(knot[4] - along * tanf(lflare__knot_angle(j % LFLARE__KNOTS, head[4]))));
+        cull->radius = lflare__maxf(cull->radius, 1.1f * knot[5] + fabsf(knot[4] - along * tanf(lflare__knot_angle(j % knots, head[4], knots))));
     }
     if (style[3] != 1) cull->radius *= 1 + 2 * style[3];
     cull->along = along + style[4] * t->efl;
@@ -5117,55 +5353,88 @@ LFLARE_API int32_t lflare_footprint_resolve(const lflare_tables *t, const lflare
 typedef struct lflare__mesh_view {
     const float *first;       /* knot that `share` begins with, its vertices */
     size_t knot, row;         /* floats from knot to knot, ring to ring */
-    float share[4], knots[4 * LFLARE__MESH_KNOT_TEXELS]; /* what a knot says of the whole, interpolated */
-    float part;               /* of the way from knot `between` (of the four) to the next */
-    int32_t between, rings, directions;
+    float share[4], knots[4 * LFLARE__MESH_KNOT_TEXELS]; /* what knots say of the whole, interpolated */
+    int32_t between, rings, directions, floats, channel; /* the light comes after knot `between` of the four; the one that a mesh for one has */
 } lflare__mesh_view;
 
 static int lflare__mesh_view_make(const lflare_tables *t, int32_t g, int32_t mesh, float angle, lflare__mesh_view *v)
 {
     const float *head = t->mesh_head + (size_t)g * LFLARE_MESH_HEAD_FLOATS, *knot;
     float at;
-    int32_t first, i, k;
+    int32_t knots, first, i, k;
     if (!(angle < head[4])) return 0;
-    first = lflare__cubic_shares(lflare__knot_of(angle, head[4]), LFLARE__KNOTS, v->share);
+    knots = lflare__mesh_knots((int32_t)head[5] & 8);
+    at = lflare__knot_of(angle, head[4], knots);
+    first = lflare__cubic_shares(at, knots, v->share);
     v->directions = (int32_t)head[1];
     v->rings = (int32_t)head[2];
     v->knot = 4 * (size_t)head[7];
-    v->row = (size_t)(v->directions + 1) * LFLARE__MESH_FLOATS;
-    knot = t->mesh + 4 * (size_t)head[0] + ((size_t)mesh * LFLARE__KNOTS + (size_t)first) * v->knot;
+    v->floats = lflare__mesh_floats(head[6] > 1);
+    v->channel = mesh;
+    v->row = (size_t)(v->directions + 1) * (size_t)v->floats;
+    knot = t->mesh + 4 * (size_t)head[0] + ((size_t)mesh * (size_t)knots + (size_t)first) * v->knot;
     v->first = knot + 4 * LFLARE__MESH_KNOT_TEXELS;
-    at = lflare__knot_of(angle, head[4]) - (float)first;
+    at -= (float)first;
     v->between = i = (int32_t)lflare__minf(at, 2);
-    v->part = at - (float)i; /* linearly, so that what is positive stays so */
-    for (k = 0; k < 4 * LFLARE__MESH_KNOT_TEXELS; k++) {
+    for (k = 0; k < 4 * LFLARE__MESH_KNOT_TEXELS; k++) { /* linearly, so that what is positive stays so */
         float a = knot[(size_t)i * v->knot + (size_t)k], b = knot[((size_t)i + 1) * v->knot + (size_t)k];
-        v->knots[k] = a + v->part * (b - a);
+        v->knots[k] = a + (at - (float)i) * (b - a);
     }
     return 1;
 }
 
-/* All floats of a vertex of the table. */
-static void lflare__mesh_vertex_at(const lflare__mesh_view *v, int32_t ring, int32_t direction, float *out)
+/* A vertex of the table, between two rings and four field angles. */
+typedef struct lflare__mesh_vertex {
+    float sensor[2], entrance[2], weight[LFLARE_WAVELENGTHS], shrink, spread, rim[LFLARE_WAVELENGTHS], iris[LFLARE_WAVELENGTHS][2], lamp;
+} lflare__mesh_vertex;
+
+/* One of its floats; `kept` to what the nearest two field angles say: weight and shrink next to caustics would swing on a cubic. */
+static float lflare__mesh_float(const lflare__mesh_view *v, int32_t ring, int32_t direction, int32_t i, int kept)
 {
-    const float *at = v->first + (size_t)ring * v->row + (size_t)direction * LFLARE__MESH_FLOATS;
-    int32_t k;
-    for (k = 0; k < LFLARE__MESH_FLOATS; k++)
-        out[k] = v->share[0] * at[k] + v->share[1] * at[v->knot + (size_t)k] + v->share[2] * at[2 * v->knot + (size_t)k] + v->share[3] * at[3 * v->knot + (size_t)k];
+    const float *at = v->first + (size_t)ring * v->row + (size_t)(direction * v->floats + i);
+    float value = v->share[0] * at[0] + v->share[1] * at[v->knot] + v->share[2] * at[2 * v->knot] + v->share[3] * at[3 * v->knot], least, most;
+    if (!kept) return value;
     at += (size_t)v->between * v->knot;
-    for (k = 2; k < 5; k++) { /* irradiance next to caustics would swing on a cubic */
-        float a = at[k], b = at[v->knot + (size_t)k];
-        out[k] = lflare__minf(lflare__maxf(out[k], 0.9f * lflare__minf(a, b)), 1.1f * lflare__maxf(a, b));
+    least = lflare__minf(at[0], at[v->knot]);
+    most = lflare__maxf(at[0], at[v->knot]);
+    return lflare__minf(lflare__maxf(value, least - 0.1f * (most - least)), most + 0.1f * (most - least));
+}
+
+/* `at` counts rings; beyond the last, places go on as between the last two. */
+static void lflare__mesh_vertex_at(const lflare__mesh_view *v, float at, int32_t direction, lflare__mesh_vertex *out)
+{
+    float a[LFLARE__MESH_FUSED], f;
+    int32_t ring = (int32_t)lflare__minf(lflare__maxf(at, 0), (float)(v->rings - 1)), k, i; /* whatever a fit holds */
+    int split = v->floats == LFLARE__MESH_SPLIT;
+    f = at - (float)ring;
+    for (i = 0; i < v->floats; i++) {
+        int kept = i >= 4 && (i < 8 || (i == 11 && !split)), scalar = kept || (i == 18 && !split);
+        a[i] = lflare__mesh_float(v, ring, direction, i, kept);
+        if (f > 0) a[i] += (scalar ? lflare__minf(f, 1) : f) * (lflare__mesh_float(v, ring + 1, direction, i, kept) - a[i]);
     }
+    for (k = 0; k < 2; k++) {
+        out->sensor[k] = a[k];
+        out->entrance[k] = a[2 + k];
+    }
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
+        out->weight[k] = !split || k == v->channel ? lflare__maxf(a[split ? 4 : 4 + k], 0) : 0;
+        out->rim[k] = a[split ? 8 : 8 + k];
+        for (i = 0; i < 2; i++) out->iris[k][i] = a[(split ? 9 : 12 + 2 * k) + i];
+    }
+    out->shrink = a[split ? 5 : 7];
+    out->spread = lflare__maxf(a[split ? 6 : 11], 1e-20f);
+    out->lamp = a[split ? 7 : 18];
 }
 
 /* What all vertices of a patch share. */
 typedef struct lflare__patch_shape {
     const lflare_frame_light *light;
     const float *style;
-    float even, flat[LFLARE_WAVELENGTHS]; /* share of the irradiance that is the same all over, and that irradiance */
-    float size, gain, shift[2], middle; /* enlargement about `middle` (of the mirror plane) of ghosts smaller than a pixel; mm */
-    float grid;               /* variance of a pixel, mm^2 */
+    float even;               /* 1: few pixels, where triangles say better than vertices what the irradiance is */
+    float grown;              /* what a ghost smaller than a pixel, or than what diffraction and lamp leave, grows by: mm on the sensor per mm on the entrance */
+    float gain;               /* for soft edges that light more than the ghost's area */
+    float shift[2], middle, entrance; /* of the centre: sensor, mirror plane; mm */
+    float pixel, grid;        /* mm; its variance, mm^2 */
 } lflare__patch_shape;
 
 /* Width over which an edge fades that a lamp of one radian would blur by `lamp` mm. */
@@ -5175,48 +5444,62 @@ static float lflare__patch_soft(const lflare__patch_shape *p, float lamp)
     return sqrtf(5 * (p->grid + 0.25f * lamp * lamp));
 }
 
-/* The vertex `rho` of the way from the centre to the outline, which may be beyond. */
-static void lflare__patch_vertex(const lflare__mesh_view *v, const lflare__patch_shape *p, float rho, int32_t direction, float side, lflare_patch_vertex *out)
+/* Turns a vector from the light's frame. */
+static void lflare__turn(const float *axis, float x, float y, float *out)
 {
-    float a[LFLARE__MESH_FLOATS], b[LFLARE__MESH_FLOATS], at = rho * (float)v->rings, f, x, y;
-    int32_t ring = (int32_t)lflare__minf(lflare__maxf(at, 0), (float)(v->rings - 1)), k; /* whatever a fit holds */
-    lflare__mesh_vertex_at(v, ring, direction, a);
-    lflare__mesh_vertex_at(v, ring + 1, direction, b);
-    f = at - (float)ring;
-    for (k = 0; k < LFLARE_WAVELENGTHS; k++)
-        out->irradiance[k] = ((1 - p->even) * lflare__maxf(a[2 + k] + lflare__minf(f, 1) * (b[2 + k] - a[2 + k]), 0) + p->even * p->flat[k]) * p->gain *
-                             p->light->irradiance[k] * p->style[k];
-    x = p->middle + p->size * (a[0] + f * (b[0] - a[0]) - p->middle);
-    y = p->size * side * (a[1] + f * (b[1] - a[1]));
-    out->position[0] = x * p->light->axis[0] - y * p->light->axis[1] + p->shift[0];
-    out->position[1] = x * p->light->axis[1] + y * p->light->axis[0] + p->shift[1];
-    for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
-        x = a[8 + 2 * k] + f * (b[8 + 2 * k] - a[8 + 2 * k]);
-        y = side * (a[9 + 2 * k] + f * (b[9 + 2 * k] - a[9 + 2 * k]));
-        out->iris[k][0] = x * p->light->axis[0] - y * p->light->axis[1];
-        out->iris[k][1] = x * p->light->axis[1] + y * p->light->axis[0];
-        out->rim[k] = a[5 + k] + f * (b[5 + k] - a[5 + k]);
-    }
-    out->rim_soft = lflare__patch_soft(p, a[14] + lflare__minf(f, 1) * (b[14] - a[14]));
-    lflare__mesh_vertex_at(v, 0, direction, a);
-    out->turn = side > 0 ? (float)direction : (float)(2 * v->directions - direction);
-    out->bulge = a[15];
+    out[0] = x * axis[0] - y * axis[1];
+    out[1] = x * axis[1] + y * axis[0];
 }
 
-/* From where to where the rim reaches in a direction, its soft edges included. */
+/* The vertex `at` rings from the centre, which may be beyond the last. */
+static void lflare__patch_vertex(const lflare__mesh_view *v, const lflare__patch_shape *p, float at, int32_t direction, float side, lflare_patch_vertex *out)
+{
+    const float *axis = p->light->axis, scale = p->style[3];
+    lflare__mesh_vertex m;
+    float flat, shrink;
+    int32_t k;
+    lflare__mesh_vertex_at(v, at, direction, &m);
+    shrink = fabsf(m.shrink);
+    flat = lflare__maxf(p->even, lflare__minf(lflare__maxf(2 - shrink / m.spread, 0), 1));
+    shrink = lflare__maxf(shrink, m.spread);
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
+        float flux = m.weight[k] * p->gain * p->light->irradiance[k] * p->style[k];
+        out->irradiance[k] = (1 - flat) * flux / shrink;
+        out->flux[k] = flat * flux * scale * scale;
+        lflare__turn(axis, m.iris[k][0], side * m.iris[k][1], out->iris[k]);
+        out->rim[k] = m.rim[k];
+    }
+    m.entrance[0] -= p->entrance;
+    lflare__turn(axis, m.entrance[0], side * m.entrance[1], out->entrance);
+    lflare__turn(axis, p->middle + scale * (m.sensor[0] - p->middle) + p->grown * m.entrance[0], side * (scale * m.sensor[1] + p->grown * m.entrance[1]), out->position);
+    for (k = 0; k < 2; k++) out->position[k] += p->shift[k];
+    out->rim_soft = lflare__patch_soft(p, m.lamp);
+    out->turn = side > 0 ? (float)direction : (float)(2 * v->directions - direction);
+    out->bulge = lflare__mesh_float(v, 0, direction, v->floats - 1, 0);
+}
+
+/* From where to where the rim reaches in a direction, in rings, its soft edges included. */
 static void lflare__patch_band(const lflare__mesh_view *v, const lflare__patch_shape *p, float iris_soft, int32_t direction, float *begin, float *end)
 {
-    float edge[LFLARE__MESH_FLOATS], in[LFLARE__MESH_FLOATS], soft, along;
-    lflare__mesh_vertex_at(v, v->rings, direction, edge);
-    lflare__mesh_vertex_at(v, v->rings - 1, direction, in);
-    soft = 1.1f * lflare__maxf(iris_soft, lflare__patch_soft(p, edge[14]));
-    in[0] -= edge[0];
-    in[1] -= edge[1];
-    along = sqrtf(in[0] * in[0] + in[1] * in[1]) * (float)v->rings; /* no more than 4 times the width where the outline runs along a caustic */
-    soft /= p->size * lflare__maxf(lflare__maxf(in[15], 0.25f * along), 1e-9f);
-    *begin = lflare__maxf(edge[15] - soft - 0.01f, 0);
-    lflare__mesh_vertex_at(v, 0, direction, in);
-    *end = 1 + soft + 1.2f * in[15]; /* heights grow by about 1 on the way */
+    int32_t last = v->floats - 1, lamp = v->floats == LFLARE__MESH_SPLIT ? 7 : 18;
+    float rate = p->style[3] * lflare__mesh_float(v, v->rings - 1, direction, last, 0) + fabsf(p->grown) * v->knots[2];
+    float soft = 1.1f * lflare__maxf(iris_soft, lflare__patch_soft(p, lflare__mesh_float(v, v->rings, direction, lamp, 0))) / lflare__maxf(rate, 1.5f * p->pixel); /* see lflare__cut_slope */
+    *begin = (float)v->rings * lflare__maxf(lflare__mesh_float(v, v->rings, direction, last, 0) - soft - 0.01f, 0);
+    *end = (float)v->rings * (1 + soft + 1.2f * lflare__mesh_float(v, 0, direction, last, 0)); /* heights grow by about 1 on the way */
+}
+
+/* Ghosts never get smaller than a disc (P 3): smaller ones would flicker as they pass from pixel to pixel, or be brighter than
+   diffraction and the lamp's size let them be. What is missing to its radius is added, in the shape of the entrance. */
+static void lflare__patch_grow(const lflare_frame_data *f, const lflare__mesh_view *v, float spread, lflare__patch_shape *p)
+{
+    float scale = p->style[3], radius = v->knots[0], entrance = lflare__maxf(v->knots[2], 1e-6f), lamp = v->knots[1] * p->light->angular_radius, least, size;
+    spread = lflare__minf(spread / entrance, 0.5f * f->half_width);
+    least = sqrtf(2.25f * f->pixel * f->pixel + spread * spread + lamp * lamp);
+    p->grown = (v->knots[6] < 0 ? -scale : scale) * lflare__maxf(least - radius, 0) / entrance;
+    p->even = lflare__minf(lflare__maxf(2 - scale * radius / lflare__maxf(4 * f->pixel, scale * least), 0), 1);
+    size = scale * lflare__maxf(radius, least);
+    lamp *= scale;
+    p->gain = size * size / lflare__soft_size2(size * size, p->grid + 0.25f * lamp * lamp);
 }
 
 LFLARE_API int32_t lflare_patch_resolve(const lflare_tables *t, const lflare_frame_data *f, lflare_instance instance, lflare_patch *out)
@@ -5226,29 +5509,19 @@ LFLARE_API int32_t lflare_patch_resolve(const lflare_tables *t, const lflare_fra
     int32_t sectors = (int32_t)head[1] / 4, blocks = (int32_t)head[2] / 4, mesh = instance.patch / (sectors * blocks), block = instance.patch / sectors % blocks, i, k, ragged;
     lflare__mesh_view v;
     lflare__patch_shape p;
-    float least, lamp, spread, size2, centre[LFLARE__MESH_FLOATS];
     if (!lflare__mesh_view_make(t, instance.ghost, mesh, l->field_angle, &v)) return 0;
     p.light = l;
     p.style = t->style + (size_t)instance.ghost * LFLARE_STYLE_FLOATS;
+    p.pixel = f->pixel;
     p.grid = LFLARE__PIXEL_VARIANCE * f->pixel * f->pixel;
     out->iris_soft = lflare__patch_soft(&p, v.knots[1]);
-    lamp = v.knots[1] * l->angular_radius;
-    size2 = lflare__maxf(v.knots[0] * v.knots[0], 1e-12f);
-    /* few pixels: next to a focus irradiance has no bounds, while the flux has */
-    p.even = v.knots[3] + v.knots[6] + v.knots[7] > 0 ? lflare__minf(lflare__maxf(2 - v.knots[0] * p.style[3] / (4 * f->pixel), 0), 1) : 0;
-    for (k = 0; k < LFLARE_WAVELENGTHS; k++) p.flat[k] = v.knots[k == 0 ? 3 : 5 + k] / ((float)LFLARE__PI * size2);
-    spread = head[3] / lflare__maxf(v.knots[2], 1e-6f);
-    least = 2.25f * f->pixel * f->pixel + lflare__minf(spread * spread, size2) + lamp * lamp; /* smaller discs would flicker as they pass from pixel to pixel */
-    p.size = p.style[3] * sqrtf(lflare__maxf(least / size2, 1));
-    p.gain = p.style[3] * p.style[3] / (p.size * p.size);
-    size2 *= p.size * p.size;
-    lamp *= p.style[3];
-    p.gain *= size2 / lflare__soft_size2(size2, p.grid + 0.25f * lamp * lamp);
-    lflare__mesh_vertex_at(&v, 0, 0, centre);
-    p.middle = centre[0];
+    lflare__patch_grow(f, &v, head[3], &p);
+    p.middle = lflare__mesh_float(&v, 0, 0, 0, 0);
+    p.entrance = lflare__mesh_float(&v, 0, 0, 2, 0);
     p.shift[0] = t->efl * (p.style[4] * l->slope[0] - p.style[5] * l->slope[1]);
     p.shift[1] = t->efl * (p.style[4] * l->slope[1] + p.style[5] * l->slope[0]);
     ragged = (int32_t)head[5] >> mesh & 1;
+    if (ragged) memset(out->inside, 0, sizeof out->inside);
     for (i = 0; i < LFLARE_PATCH_DIRECTIONS; i++) {
         int32_t direction = instance.patch % sectors * (LFLARE_PATCH_DIRECTIONS - 1) + i;
         float side = direction > v.directions ? -1.0f : 1.0f, begin, end;
@@ -5258,8 +5531,8 @@ LFLARE_API int32_t lflare_patch_resolve(const lflare_tables *t, const lflare_fra
             begin = (float)block / (float)blocks * end;
             end *= (float)(block + 1) / (float)blocks;
         }
-        for (k = 0; k < LFLARE_PATCH_RINGS; k++)
-            lflare__patch_vertex(&v, &p, ragged ? 0 : begin * (float)(block * (LFLARE_PATCH_RINGS - 1) + k) / (float)v.rings, direction, side, &out->inside[k][i]);
+        for (k = 0; k < LFLARE_PATCH_RINGS && !ragged; k++)
+            lflare__patch_vertex(&v, &p, lflare__minf((float)(block * (LFLARE_PATCH_RINGS - 1) + k), begin), direction, side, &out->inside[k][i]);
         for (k = 0; k < LFLARE_PATCH_BANDS; k++)
             lflare__patch_vertex(&v, &p, begin + (end - begin) * (float)k / (LFLARE_PATCH_BANDS - 1), direction, side, &out->rim[k][i]);
     }
@@ -5619,35 +5892,50 @@ typedef struct lflare__plane {
 /* A triangle in pixels from the top left corner. */
 typedef struct lflare__triangle {
     double x[3], y[3], twice_area;
-    lflare__plane irradiance[3], iris[3][2], rim[3], rim_soft, bulge, turn;
+    lflare__plane share[2], irradiance[3], iris[3][2], rim[3], rim_soft, bulge, turn; /* share: of the second and third corner */
 } lflare__triangle;
 
-/* Where a side crosses the middle of a row: the same to the bit whichever of its two triangles asks. */
-static double lflare__side_at(const lflare__triangle *t, int32_t i, int32_t j, double y)
+/* What of a side lies on a row of pixels: from x = lo to hi, `height` of it, negative if it leads the other way round. */
+typedef struct lflare__side {
+    double lo, hi, height;
+} lflare__side;
+
+static lflare__side lflare__side_on(const lflare__triangle *t, int32_t i, int32_t j, double row)
 {
-    if (t->y[i] > t->y[j] || (t->y[i] == t->y[j] && t->x[i] > t->x[j])) {
+    lflare__side s = {0, 0, 0};
+    double top, bottom, slope, a, b, sign = t->twice_area > 0 ? -1 : 1;
+    if (t->y[i] > t->y[j]) {
         int32_t swap = i;
         i = j;
         j = swap;
+        sign = -sign;
     }
-    return t->x[i] + (y - t->y[i]) * (t->x[j] - t->x[i]) / (t->y[j] - t->y[i]);
+    top = lflare__max(row, t->y[i]);
+    bottom = lflare__min(row + 1, t->y[j]);
+    if (!(bottom > top)) return s;
+    slope = (t->x[j] - t->x[i]) / (t->y[j] - t->y[i]);
+    a = t->x[i] + (top - t->y[i]) * slope;
+    b = t->x[i] + (bottom - t->y[i]) * slope;
+    s.lo = lflare__min(a, b);
+    s.hi = lflare__max(a, b);
+    s.height = sign * (bottom - top);
+    return s;
 }
 
-/* Pixels of a row whose middles lie within: begin <= x < end, so that neighbours share none and leave none. */
-static void lflare__triangle_span(const lflare__triangle *t, double y, int32_t width, int32_t *begin, int32_t *end)
+/* Integral of what of a pixel lies to the right of a place t before its right end. */
+static double lflare__ramp(double t) { return t <= 0 ? 0 : t < 1 ? 0.5 * t * t : t - 0.5; }
+
+/* Share of the pixel from x to x + 1 that a triangle covers, exactly: areas to the right of its sides. */
+static double lflare__covered(const lflare__side *s, double x)
 {
-    double lo = 1e9, hi = -1e9;
+    double sum = 0;
     int32_t i;
     for (i = 0; i < 3; i++) {
-        int32_t j = (i + 1) % 3;
-        if ((t->y[i] <= y) != (t->y[j] <= y)) {
-            double x = lflare__side_at(t, i, j, y);
-            lo = lflare__min(lo, x);
-            hi = lflare__max(hi, x);
-        }
+        if (x >= s[i].hi) sum += s[i].height;
+        else if (x + 1 > s[i].lo)
+            sum += s[i].height * (s[i].hi - s[i].lo > 1e-9 ? (lflare__ramp(x + 1 - s[i].lo) - lflare__ramp(x + 1 - s[i].hi)) / (s[i].hi - s[i].lo) : x + 1 - s[i].lo);
     }
-    *begin = (int32_t)lflare__clamp(ceil(lo - 0.5), 0, width);
-    *end = (int32_t)lflare__clamp(ceil(hi - 0.5), 0, width);
+    return sum;
 }
 
 static lflare__plane lflare__plane_make(const lflare__triangle *t, float a, float b, float c)
@@ -5662,10 +5950,11 @@ static lflare__plane lflare__plane_make(const lflare__triangle *t, float a, floa
 
 static float lflare__plane_at(const lflare__plane *p, float x, float y) { return p->at + p->dx * x + p->dy * y; }
 
-/* An edge where the height, `over` beyond it, grows by (gx, gy) a pixel. */
+/* An edge where the height, `over` beyond it, grows by (gx, gy) a pixel. Next to caustics heights race: a fade as wide as that would
+   light what the iris stops. */
 static void lflare__cut_slope(lflare__cuts *cuts, float over, float gx, float gy, float soft)
 {
-    float g = lflare__maxf(sqrtf(gx * gx + gy * gy), 1e-20f), t = -over / (soft * g);
+    float g = lflare__maxf(sqrtf(gx * gx + gy * gy), 1e-20f), t = -over / (soft * lflare__minf(g, 0.6f));
     if (t < 1) lflare__cut(cuts, lflare_edge_coverage(t), -gx / g, -gy / g);
 }
 
@@ -5704,17 +5993,24 @@ static float lflare__rim_coverage(const lflare__triangle *t, int32_t k, float ir
 /* Corners to pixels; 0 if nothing is lit. */
 static int lflare__triangle_make(const lflare_patch_vertex *const *v, const lflare_frame_data *f, int rim, lflare__triangle *t)
 {
-    float lit = 0;
+    float lit = 0, ratio;
+    double entrance;
     int32_t i, k;
     for (i = 0; i < 3; i++) {
         t->x[i] = 0.5 * f->width * (1 - ((double)v[i]->position[0] - (double)f->centre[0]) / (double)f->half_width);
         t->y[i] = 0.5 * f->height * (1 + ((double)v[i]->position[1] - (double)f->centre[1]) / (double)f->half_height);
-        for (k = 0; k < 3; k++) lit = lflare__maxf(lit, v[i]->irradiance[k]);
+        for (k = 0; k < 3; k++) lit = lflare__maxf(lit, v[i]->irradiance[k] + v[i]->flux[k]);
     }
     t->twice_area = (t->x[1] - t->x[0]) * (t->y[2] - t->y[0]) - (t->x[2] - t->x[0]) * (t->y[1] - t->y[0]);
     if (!(lit > 0) || !(fabs(t->twice_area) > 1e-12) || !lflare__finite(t->twice_area)) return 0;
+    entrance = (double)(v[1]->entrance[0] - v[0]->entrance[0]) * (double)(v[2]->entrance[1] - v[0]->entrance[1]) -
+               (double)(v[2]->entrance[0] - v[0]->entrance[0]) * (double)(v[1]->entrance[1] - v[0]->entrance[1]);
+    ratio = (float)fabs(entrance / (t->twice_area * (double)f->pixel * (double)f->pixel));
+    for (i = 0; i < 2; i++) t->share[i] = lflare__plane_make(t, 0, i == 0, i == 1);
     for (k = 0; k < 3; k++) {
-        t->irradiance[k] = lflare__plane_make(t, v[0]->irradiance[k], v[1]->irradiance[k], v[2]->irradiance[k]);
+        float e[3];
+        for (i = 0; i < 3; i++) e[i] = v[i]->irradiance[k] + v[i]->flux[k] * ratio;
+        t->irradiance[k] = lflare__plane_make(t, e[0], e[1], e[2]);
         if (!rim) continue;
         for (i = 0; i < 2; i++) t->iris[k][i] = lflare__plane_make(t, v[0]->iris[k][i], v[1]->iris[k][i], v[2]->iris[k][i]);
         t->rim[k] = lflare__plane_make(t, v[0]->rim[k], v[1]->rim[k], v[2]->rim[k]);
@@ -5728,29 +6024,55 @@ static int lflare__triangle_make(const lflare_patch_vertex *const *v, const lfla
     return 1;
 }
 
+/* Moves a point (from the first corner) that lies outside into the triangle: planes do not hold beyond it. */
+static void lflare__triangle_clamp(const lflare__triangle *t, float *x, float *y)
+{
+    float b = lflare__maxf(lflare__plane_at(&t->share[0], *x, *y), 0), c = lflare__maxf(lflare__plane_at(&t->share[1], *x, *y), 0);
+    float a = lflare__maxf(1 - lflare__plane_at(&t->share[0], *x, *y) - lflare__plane_at(&t->share[1], *x, *y), 0), sum = a + b + c;
+    if (!(sum > 0)) return;
+    b /= sum;
+    c /= sum;
+    *x = b * (float)(t->x[1] - t->x[0]) + c * (float)(t->x[2] - t->x[0]);
+    *y = b * (float)(t->y[1] - t->y[0]) + c * (float)(t->y[2] - t->y[0]);
+}
+
+/* A pixel of which a triangle covers a share. */
+static void lflare__triangle_pixel(const lflare__triangle *t, const lflare_iris *iris, float iris_soft, float covered, float x, float y, float *pixel)
+{
+    int32_t k;
+    if (covered < 0.999f) lflare__triangle_clamp(t, &x, &y);
+    for (k = 0; k < 3; k++) {
+        float e = lflare__maxf(lflare__plane_at(&t->irradiance[k], x, y), 0) * covered;
+        if (iris_soft > 0 && e > 0) e *= lflare__rim_coverage(t, k, iris_soft, iris, x, y);
+        pixel[k] += e;
+    }
+}
+
 /* One triangle on rows begin <= row < end; iris_soft 0: it lies quite inside. */
 static void lflare__triangle_draw(const lflare_patch_vertex *const *v, const lflare_frame_data *f, const lflare_iris *iris, float iris_soft,
                                   const lflare_image *image, int32_t begin, int32_t end)
 {
     ptrdiff_t stride = image->stride != 0 ? image->stride : (ptrdiff_t)4 * image->width;
     lflare__triangle t;
-    double top, bottom;
-    int32_t row, x, from, to, k;
+    int32_t row, x;
     if (!lflare__triangle_make(v, f, iris_soft > 0, &t)) return;
-    top = lflare__min(t.y[0], lflare__min(t.y[1], t.y[2]));
-    bottom = lflare__max(t.y[0], lflare__max(t.y[1], t.y[2]));
-    begin = (int32_t)lflare__clamp(ceil(top - 0.5), begin, end);
-    end = (int32_t)lflare__clamp(ceil(bottom - 0.5), begin, end);
+    begin = (int32_t)lflare__clamp(floor(lflare__min(t.y[0], lflare__min(t.y[1], t.y[2]))), begin, end);
+    end = (int32_t)lflare__clamp(ceil(lflare__max(t.y[0], lflare__max(t.y[1], t.y[2]))), begin, end);
     for (row = begin; row < end; row++) {
-        float *pixels = image->pixels + stride * (image->bottom_up ? image->height - 1 - row : row), y = (float)(row + 0.5 - t.y[0]);
-        lflare__triangle_span(&t, row + 0.5, image->width, &from, &to);
-        for (x = from; x < to; x++) {
-            float at = (float)(x + 0.5 - t.x[0]);
-            for (k = 0; k < 3; k++) {
-                float e = lflare__maxf(lflare__plane_at(&t.irradiance[k], at, y), 0);
-                if (iris_soft > 0 && e > 0) e *= lflare__rim_coverage(&t, k, iris_soft, iris, at, y);
-                pixels[(ptrdiff_t)4 * x + k] += e;
-            }
+        float *pixels = image->pixels + stride * (image->bottom_up ? image->height - 1 - row : row);
+        lflare__side sides[3];
+        double lo = 1e300, hi = -1e300;
+        int32_t to;
+        for (x = 0; x < 3; x++) {
+            sides[x] = lflare__side_on(&t, x, (x + 1) % 3, row);
+            if (sides[x].height == 0) continue;
+            lo = lflare__min(lo, sides[x].lo);
+            hi = lflare__max(hi, sides[x].hi);
+        }
+        to = (int32_t)lflare__clamp(ceil(hi), 0, image->width);
+        for (x = (int32_t)lflare__clamp(floor(lo), 0, image->width); x < to; x++) {
+            float covered = (float)lflare__covered(sides, x);
+            if (covered > 0) lflare__triangle_pixel(&t, iris, iris_soft, covered, (float)(x + 0.5 - t.x[0]), (float)(row + 0.5 - t.y[0]), pixels + (ptrdiff_t)4 * x);
         }
     }
 }
@@ -5849,6 +6171,7 @@ enum { LFLARE__GL_ALL, LFLARE__GL_DESKTOP, LFLARE__GL_WEB };
     X(LFLARE__GL_ALL, void, DeleteVertexArrays, (int, const lflare__gluint *))                                                     \
     X(LFLARE__GL_ALL, void, Disable, (lflare__glenum))                                                                             \
     X(LFLARE__GL_ALL, void, DrawArraysInstanced, (lflare__glenum, int, int, int))                                                  \
+    X(LFLARE__GL_ALL, void, DrawElementsInstanced, (lflare__glenum, int, lflare__glenum, const void *, int))                       \
     X(LFLARE__GL_ALL, void, Enable, (lflare__glenum))                                                                              \
     X(LFLARE__GL_ALL, void, EnableVertexAttribArray, (lflare__gluint))                                                             \
     X(LFLARE__GL_ALL, void, FramebufferTexture2D, (lflare__glenum, lflare__glenum, lflare__glenum, lflare__gluint, lflare__glint)) \
@@ -5896,8 +6219,8 @@ enum {
     LFLARE__GL_SETTINGS_TEXELS = 2 * LFLARE_FIELD_SAMPLES + 2,
     LFLARE__GL_RING = 34,   /* vertices of a ghost's rim, of its inside */
     LFLARE__GL_INSIDE = 18,
-    LFLARE__GL_PATCH_RIM = 20 * (LFLARE_PATCH_BANDS - 1) - 2, /* of a patch: rows of strips, joined */
-    LFLARE__GL_PATCH = 20 * (LFLARE_PATCH_RINGS - 1) - 2
+    LFLARE__GL_PATCH_ROW = 6 * (LFLARE_PATCH_DIRECTIONS - 1), /* indices of a row of a patch's quads */
+    LFLARE__GL_PATCH = LFLARE__GL_PATCH_ROW * (LFLARE_PATCH_RINGS - 1)
 };
 
 enum { LFLARE__GL_RIM, LFLARE__GL_FILL, LFLARE__GL_STRIP, LFLARE__GL_ADD, LFLARE__GL_PATCHES, LFLARE__GL_PATCH_RIMS, LFLARE__GL_PROGRAMS };
@@ -5918,6 +6241,7 @@ enum { LFLARE__GL_TO_STRIP_A, LFLARE__GL_TO_STRIP_B, LFLARE__GL_TO_HALF, LFLARE_
     X(0x80A0, LFLARE__GL_ALL, 0, SAMPLE_COVERAGE)          \
     X(0x8E51, LFLARE__GL_DESKTOP, 0, SAMPLE_MASK)          \
     X(0x0BF2, LFLARE__GL_DESKTOP, 0, COLOR_LOGIC_OP)       \
+    X(0x8F9D, LFLARE__GL_DESKTOP, 0, PRIMITIVE_RESTART)    \
     X(0x3000, LFLARE__GL_DESKTOP, 0, CLIP_DISTANCE0)       \
     X(0x3001, LFLARE__GL_DESKTOP, 0, CLIP_DISTANCE1)       \
     X(0x3002, LFLARE__GL_DESKTOP, 0, CLIP_DISTANCE2)       \
@@ -5983,7 +6307,7 @@ struct lflare_gl {
     void *user;
     int32_t no_restore, es, web, forgotten;
     lflare__gluint programs[LFLARE__GL_PROGRAMS], textures[LFLARE__GL_TEXTURES], framebuffers[LFLARE__GL_FRAMEBUFFERS];
-    lflare__gluint vertex_array, instances, uniforms, sampler;
+    lflare__gluint vertex_array, instances, indices, uniforms, sampler;
     lflare__glint enlarge;                  /* location of a uniform */
     uint64_t lens_hash, settings_hash, mesh_hash, heads_hash; /* of what was uploaded */
     int32_t uploaded;                       /* bit 0: something of the lens, 1: of the settings, 2: meshes, 3: their heads */
@@ -6321,8 +6645,15 @@ static const char *const lflare__glsl_ghost_vert[] = {
 static const char *const lflare__glsl_patch_frag[] = {
     "out vec4 o_color;\n"
     "in vec3 v_irradiance;\n"
+    "in vec3 v_flux;\n"
+    "in vec3 v_entrance;\n"
+    "vec3 lit()\n"
+    "{\n"
+    "vec2 ex = dFdx(v_entrance.xy), ey = dFdy(v_entrance.xy);\n"
+    "return v_irradiance + v_flux * min(abs(ex.x * ey.y - ex.y * ey.x) / (u_lens.x * u_lens.x), v_entrance.z);\n"
+    "}\n"
     "#ifndef PATCH_RIM\n"
-    "void main() { o_color = vec4(v_irradiance, 0.0); }\n"
+    "void main() { o_color = vec4(lit(), 0.0); }\n"
     "#else\n"
     "in vec4 v_iris01;\n"
     "in vec4 v_iris2;\n"
@@ -6331,7 +6662,7 @@ static const char *const lflare__glsl_patch_frag[] = {
     "void cut_slope(vec3 over, vec3 gx, vec3 gy, float soft)\n"
     "{\n"
     "vec3 g = max(sqrt(gx * gx + gy * gy), vec3(1e-20));\n"
-    "cut(-over / (soft * g), -gx / g, -gy / g);\n"
+    "cut(-over / (soft * min(g, 0.6)), -gx / g, -gy / g);\n"
     "}\n"
     "void main()\n"
     "{\n"
@@ -6350,7 +6681,7 @@ static const char *const lflare__glsl_patch_frag[] = {
     "}\n"
     "}\n"
     "cut_slope(v_rim - 1.0 - v_bulge.y * turn * (1.0 - turn), rim_x - bend * dFdx(v_bulge.x), rim_y - bend * dFdy(v_bulge.x), v_iris2.z);\n"
-    "o_color = vec4(v_irradiance * within(), 0.0);\n"
+    "o_color = vec4(lit() * within(), 0.0);\n"
     "}\n"
     "#endif\n"
     , NULL};
@@ -6360,9 +6691,10 @@ static const char *const lflare__glsl_patch_vert[] = {
     "uniform highp usampler2D u_visibility;\n"
     "invariant gl_Position;\n"
     "in uvec4 a_instance;\n"
-    "const int KNOTS = 12, KNOT_TEXELS = 2, VERTEX_TEXELS = 4, DIRECTIONS = 9, RINGS = 5, BANDS = 3, HEADS_ROW = 1024, MESH_ROW = 2048;\n"
+    "const int KNOT_TEXELS = 2, DIRECTIONS = 9, RINGS = 5, BANDS = 3, HEADS_ROW = 1024, MESH_ROW = 2048;\n"
     "const float PIXEL_VARIANCE = 0.715 * 0.715 / 5.0;\n"
-    "out vec3 v_irradiance;\n"
+    "out vec3 v_irradiance, v_flux;\n"
+    "out vec3 v_entrance;\n"
     "#ifdef PATCH_RIM\n"
     "out vec4 v_iris01, v_iris2;\n"
     "out vec3 v_rim;\n"
@@ -6372,8 +6704,8 @@ static const char *const lflare__glsl_patch_vert[] = {
     "vec4 mesh(int i) { return texelFetch(u_mesh_table, ivec2(i % MESH_ROW, i / MESH_ROW), 0); }\n"
     "int g_knot, g_size;\n"
     "int g_between;\n"
-    "float g_part;\n"
     "int g_rings, g_directions;\n"
+    "int g_texels;\n"
     "float g_lamp;\n"
     "vec4 g_shares;\n"
     "vec4 smooth_texel(int i)\n"
@@ -6381,17 +6713,15 @@ static const char *const lflare__glsl_patch_vert[] = {
     "i += g_knot;\n"
     "return g_shares.x * mesh(i) + g_shares.y * mesh(i + g_size) + g_shares.z * mesh(i + 2 * g_size) + g_shares.w * mesh(i + 3 * g_size);\n"
     "}\n"
-    "vec4 straight_texel(int i)\n"
+    "vec4 kept_texel(int i)\n"
     "{\n"
-    "i += g_knot + g_between * g_size;\n"
-    "return mix(mesh(i), mesh(i + g_size), g_part);\n"
+    "i += g_knot;\n"
+    "vec4 k0 = mesh(i), k1 = mesh(i + g_size), k2 = mesh(i + 2 * g_size), k3 = mesh(i + 3 * g_size);\n"
+    "vec4 a = g_between == 0 ? k0 : g_between == 1 ? k1 : k2, b = g_between == 0 ? k1 : g_between == 1 ? k2 : k3, least = min(a, b), most = max(a, b);\n"
+    "return clamp(g_shares.x * k0 + g_shares.y * k1 + g_shares.z * k2 + g_shares.w * k3, least - 0.1 * (most - least), most + 0.1 * (most - least));\n"
     "}\n"
-    "vec4 lit_texel(int i)\n"
-    "{\n"
-    "vec4 a = mesh(i + g_knot + g_between * g_size), b = mesh(i + g_knot + (g_between + 1) * g_size);\n"
-    "return clamp(smooth_texel(i), 0.9 * min(a, b), 1.1 * max(a, b));\n"
-    "}\n"
-    "int vertex(int ring, int direction) { return KNOT_TEXELS + (ring * (g_directions + 1) + direction) * VERTEX_TEXELS; }\n"
+    "int vertex(int ring, int direction) { return KNOT_TEXELS + (ring * (g_directions + 1) + direction) * g_texels; }\n"
+    "float last(int ring, int direction) { return smooth_texel(vertex(ring, direction) + g_texels - 1).w; }\n"
     "float soft(float lamp)\n"
     "{\n"
     "lamp *= g_lamp;\n"
@@ -6406,7 +6736,8 @@ static const char *const lflare__glsl_patch_vert[] = {
     "vec3 irradiance = l2.yzw * u_strip.y;\n"
     "int place = int(u_lights[light + 3].x);\n"
     "gl_Position = vec4(2.0, 2.0, 0.0, 1.0);\n"
-    "v_irradiance = vec3(0.0);\n"
+    "v_irradiance = v_flux = vec3(0.0);\n"
+    "v_entrance = vec3(0.0);\n"
     "#ifdef PATCH_RIM\n"
     "v_iris01 = v_iris2 = vec4(1.0);\n"
     "v_rim = vec3(1.0);\n"
@@ -6416,74 +6747,96 @@ static const char *const lflare__glsl_patch_vert[] = {
     "g_directions = int(h0.y);\n"
     "g_rings = int(h0.z);\n"
     "int sectors = g_directions / 4, blocks = g_rings / 4, mesh_index = patch_index / (sectors * blocks), block = patch_index / sectors % blocks;\n"
-    "bool ragged = (int(h1.y) >> mesh_index & 1) != 0;\n"
+    "bool ragged = (int(h1.y) >> mesh_index & 1) != 0, split_mesh = h1.z > 1.0;\n"
     "#ifdef PATCH_RIM\n"
     "bool drawn = ragged || block == blocks - 1;\n"
     "#else\n"
     "bool drawn = !ragged;\n"
     "#endif\n"
     "if (!(l1.y < h1.x) || !drawn || !(irradiance.x + irradiance.y + irradiance.z > 0.0)) return;\n"
-    "float at = (1.0 - sqrt(max(1.0 - l1.y / h1.x, 0.0))) * float(KNOTS - 1);\n"
-    "int first = clamp(int(at) - 1, 0, KNOTS - 4);\n"
+    "int knots = (int(h1.y) & 8) != 0 ? 23 : 12;\n"
+    "float at = (1.0 - sqrt(max(1.0 - l1.y / h1.x, 0.0))) * float(knots - 1);\n"
+    "int first = clamp(int(at) - 1, 0, knots - 4);\n"
+    ,
     "float f = at - float(first), scale = style0.w;\n"
     "g_shares = vec4(-(f - 1.0) * (f - 2.0) * (f - 3.0) / 6.0, f * (f - 2.0) * (f - 3.0) / 2.0, -f * (f - 1.0) * (f - 3.0) / 2.0, f * (f - 1.0) * (f - 2.0) / 6.0);\n"
     "g_size = int(h1.w);\n"
-    "g_knot = int(h0.x) + (mesh_index * KNOTS + first) * g_size;\n"
+    "g_knot = int(h0.x) + (mesh_index * knots + first) * g_size;\n"
+    "g_texels = split_mesh ? 3 : 5;\n"
     "g_lamp = l1.z * scale;\n"
-    ,
     "g_between = int(min(f, 2.0));\n"
-    "g_part = f - float(g_between);\n"
-    "vec4 whole = straight_texel(0), bounds = straight_texel(1);\n"
-    "float lamp = whole.y * l1.z, size2 = max(whole.x * whole.x, 1e-12), spread = h0.w / max(whole.z, 1e-6);\n"
-    "vec3 flux = vec3(whole.w, bounds.zw);\n"
-    "float even = flux.x + flux.y + flux.z > 0.0 ? clamp(2.0 - whole.x * scale / (4.0 * u_lens.x), 0.0, 1.0) : 0.0;\n"
-    "vec3 flat_irradiance = flux / (3.14159265 * size2);\n"
-    "float least = 2.25 * u_lens.x * u_lens.x + min(spread * spread, size2) + lamp * lamp;\n"
-    "float size = scale * sqrt(max(least / size2, 1.0)), gain = scale * scale / (size * size);\n"
-    "size2 *= size * size;\n"
+    "int whole_at = g_knot + g_between * g_size;\n"
+    "vec4 whole = mix(mesh(whole_at), mesh(whole_at + g_size), f - float(g_between)), bounds = mix(mesh(whole_at + 1), mesh(whole_at + 1 + g_size), f - float(g_between));\n"
+    "float lamp = whole.y * l1.z, entrance = max(whole.z, 1e-6), spread = min(h0.w / entrance, 0.5 * u_half.x);\n"
+    "float least = sqrt(2.25 * u_lens.x * u_lens.x + spread * spread + lamp * lamp);\n"
+    "float grown = (bounds.z < 0.0 ? -scale : scale) * max(least - whole.x, 0.0) / entrance;\n"
+    "float even = clamp(2.0 - scale * whole.x / max(4.0 * u_lens.x, scale * least), 0.0, 1.0);\n"
+    "float size2 = scale * max(whole.x, least);\n"
+    "size2 *= size2;\n"
     "float wash = PIXEL_VARIANCE * u_lens.x * u_lens.x + 0.25 * g_lamp * g_lamp * whole.y * whole.y, wash5 = max(5.0 * wash, 1e-30);\n"
     "float q = sqrt(size2 / wash5), wide = 2.0 * wash5 * (0.05 + q * (0.1875 + q * (0.25 + q * (0.125 - 0.0125 * q * q))));\n"
-    "gain *= size2 / (wash5 <= size2 ? size2 + wash : wide);\n"
-    "int row = gl_VertexID / 20, corner = gl_VertexID % 20, across = min(corner, 17) >> 1, along = row + (corner & 1);\n"
-    "if (corner == 18) along = row + 1;\n"
-    "if (corner == 19) across = 0;\n"
-    "int direction = patch_index % sectors * (DIRECTIONS - 1) + across;\n"
-    "float side = direction > g_directions ? -1.0 : 1.0;\n"
-    "float turn = float(direction);\n"
+    "irradiance *= size2 / (wash5 <= size2 ? size2 + wash : wide);\n"
+    "int row = gl_VertexID / DIRECTIONS, direction = patch_index % sectors * (DIRECTIONS - 1) + gl_VertexID % DIRECTIONS;\n"
+    "float side = direction > g_directions ? -1.0 : 1.0, turn = float(direction);\n"
     "if (direction > g_directions) direction = 2 * g_directions - direction;\n"
-    "int edge = vertex(g_rings, direction);\n"
-    "vec4 edge3 = smooth_texel(edge + 3);\n"
-    "float g_rate = smooth_texel(vertex(g_rings - 1, direction) + 3).w, iris_soft = soft(whole.y);\n"
-    "float run = length(smooth_texel(edge).xy - smooth_texel(vertex(g_rings - 1, direction)).xy) * float(g_rings);\n"
-    "float reach = 1.1 * max(iris_soft, soft(edge3.z));\n"
-    "reach /= size * max(max(g_rate, 0.25 * run), 1e-9);\n"
-    "float bulge = smooth_texel(vertex(0, direction) + 3).w;\n"
-    "float begin = max(edge3.w - reach - 0.01, 0.0), end = 1.0 + reach + 1.2 * bulge;\n"
+    "vec4 edge = smooth_texel(vertex(g_rings, direction) + (split_mesh ? 1 : 4));\n"
+    "float iris_soft = soft(whole.y), reach = 1.1 * max(iris_soft, soft(split_mesh ? edge.w : edge.z)), bulge = last(0, direction);\n"
+    "reach /= max(scale * last(g_rings - 1, direction) + abs(grown) * whole.z, 1.5 * u_lens.x);\n"
+    "float begin = float(g_rings) * max((split_mesh ? last(g_rings, direction) : edge.w) - reach - 0.01, 0.0), end = float(g_rings) * (1.0 + reach + 1.2 * bulge);\n"
     "if (ragged) {\n"
     "begin = float(block) / float(blocks) * end;\n"
     "end *= float(block + 1) / float(blocks);\n"
     "}\n"
     "#ifdef PATCH_RIM\n"
-    "float rho = begin + (end - begin) * float(along) / float(BANDS - 1);\n"
+    "at = begin + (end - begin) * float(row) / float(BANDS - 1);\n"
     "#else\n"
-    "float rho = begin * float(block * (RINGS - 1) + along) / float(g_rings);\n"
+    "at = min(float(block * (RINGS - 1) + row), begin);\n"
     "#endif\n"
-    "rho *= float(g_rings);\n"
-    "int ring = int(clamp(rho, 0.0, float(g_rings - 1))), a = vertex(ring, direction), b = vertex(ring + 1, direction);\n"
-    "f = rho - float(ring);\n"
-    "float g = min(f, 1.0);\n"
-    "vec4 t0 = mix(smooth_texel(a), smooth_texel(b), f);\n"
-    "vec3 lit_a = vec3(lit_texel(a).zw, lit_texel(a + 1).x), lit_b = vec3(lit_texel(b).zw, lit_texel(b + 1).x);\n"
-    "v_irradiance = mix(max(mix(lit_a, lit_b, g), vec3(0.0)), flat_irradiance, even) * gain * irradiance * style0.rgb;\n"
-    "float middle = smooth_texel(KNOT_TEXELS).x;\n"
-    "vec2 local = vec2(middle + size * (t0.x - middle), size * side * t0.y);\n"
+    "int ring = int(clamp(at, 0.0, float(g_rings - 1))), a = vertex(ring, direction);\n"
+    "f = at - float(ring);\n"
+    "vec4 t0 = smooth_texel(a), t1 = kept_texel(a + 1);\n"
+    "float spread_of_shrink = split_mesh ? t1.z : kept_texel(a + 2).w;\n"
     "#ifdef PATCH_RIM\n"
-    "vec4 t2 = mix(smooth_texel(a + 2), smooth_texel(b + 2), f), a3 = smooth_texel(a + 3), b3 = smooth_texel(b + 3), t3 = mix(a3, b3, f);\n"
-    "mat2 to_sensor = mat2(axis.x, axis.y, -axis.y * side, axis.x * side);\n"
-    "v_iris01 = vec4(to_sensor * t2.xy, to_sensor * t2.zw);\n"
+    "vec4 t2 = smooth_texel(a + 2), t3 = vec4(0.0), t4 = vec4(0.0);\n"
+    "if (!split_mesh) t3 = smooth_texel(a + 3), t4 = smooth_texel(a + 4);\n"
+    "#endif\n"
+    "if (f > 0.0) {\n"
+    "float g = min(f, 1.0);\n"
+    "int b = vertex(ring + 1, direction);\n"
+    "t0 = mix(t0, smooth_texel(b), f);\n"
+    "t1 = mix(t1, kept_texel(b + 1), g);\n"
+    "spread_of_shrink = split_mesh ? t1.z : mix(spread_of_shrink, kept_texel(b + 2).w, g);\n"
+    "#ifdef PATCH_RIM\n"
+    "t2 = mix(t2, smooth_texel(b + 2), f);\n"
+    "if (!split_mesh) {\n"
+    "t3 = mix(t3, smooth_texel(b + 3), f);\n"
     ,
-    "v_iris2 = vec4(to_sensor * t3.xy, soft(mix(a3.z, b3.z, g)) / u_lens.x, iris_soft / u_lens.x);\n"
-    "v_rim = mix(smooth_texel(a + 1).yzw, smooth_texel(b + 1).yzw, f);\n"
+    "vec4 b4 = smooth_texel(b + 4);\n"
+    "t4 = vec4(mix(t4.xy, b4.xy, f), mix(t4.z, b4.z, g), 0.0);\n"
+    "}\n"
+    "#endif\n"
+    "}\n"
+    "spread_of_shrink = max(spread_of_shrink, 1e-20);\n"
+    "vec3 weight = max(split_mesh ? t1.x * vec3(equal(ivec3(0, 1, 2), ivec3(mesh_index))) : t1.xyz, vec3(0.0)) * irradiance * style0.rgb;\n"
+    "float shrink = abs(split_mesh ? t1.y : t1.w), flat_share = max(even, clamp(2.0 - shrink / spread_of_shrink, 0.0, 1.0));\n"
+    "v_irradiance = (1.0 - flat_share) * weight / max(shrink, spread_of_shrink);\n"
+    "v_flux = flat_share * weight * scale * scale;\n"
+    "vec4 centre = smooth_texel(KNOT_TEXELS);\n"
+    "vec2 in_at = vec2(t0.z - centre.z, side * t0.w);\n"
+    "vec2 local = vec2(centre.x + scale * (t0.x - centre.x), scale * side * t0.y) + grown * in_at;\n"
+    "v_entrance = vec3(in_at.x * axis.x - in_at.y * axis.y, in_at.x * axis.y + in_at.y * axis.x, 8.0 / (spread_of_shrink * scale * scale));\n"
+    "#ifdef PATCH_RIM\n"
+    "mat2 to_sensor = mat2(axis.x, axis.y, -axis.y * side, axis.x * side);\n"
+    "if (split_mesh) {\n"
+    "vec2 iris = to_sensor * t2.yz;\n"
+    "v_iris01 = vec4(iris, iris);\n"
+    "v_iris2 = vec4(iris, soft(t1.w) / u_lens.x, iris_soft / u_lens.x);\n"
+    "v_rim = vec3(t2.x);\n"
+    "} else {\n"
+    "v_iris01 = vec4(to_sensor * t3.xy, to_sensor * t3.zw);\n"
+    "v_iris2 = vec4(to_sensor * t4.xy, soft(t4.z) / u_lens.x, iris_soft / u_lens.x);\n"
+    "v_rim = t2.xyz;\n"
+    "}\n"
     "v_bulge = vec2(turn, 4.0 * bulge);\n"
     "#endif\n"
     "vec2 position = vec2(local.x * axis.x - local.y * axis.y, local.x * axis.y + local.y * axis.x);\n"
@@ -6749,6 +7102,18 @@ static lflare_result lflare__gl_load(lflare_gl *o, const lflare_gl_desc *desc, l
     return LFLARE_OK;
 }
 
+/* Triangles of a patch: two a quad, row by row, so that a rim takes the first rows. The vertex array keeps them. */
+static void lflare__gl_patch_indices(lflare_gl *o)
+{
+    static const uint16_t corners[6] = {0, LFLARE_PATCH_DIRECTIONS, 1, LFLARE_PATCH_DIRECTIONS, 1, LFLARE_PATCH_DIRECTIONS + 1};
+    uint16_t indices[LFLARE__GL_PATCH];
+    int32_t i;
+    for (i = 0; i < LFLARE__GL_PATCH; i++)
+        indices[i] = (uint16_t)(corners[i % 6] + i / LFLARE__GL_PATCH_ROW * LFLARE_PATCH_DIRECTIONS + i % LFLARE__GL_PATCH_ROW / 6);
+    o->api.BindBuffer(0x8893, o->indices);
+    o->api.BufferData(0x8893, (ptrdiff_t)sizeof indices, indices, 0x88E4);
+}
+
 /* Everything but the programs. */
 static lflare_result lflare__gl_objects(lflare_gl *o, lflare_error *error)
 {
@@ -6759,6 +7124,7 @@ static lflare_result lflare__gl_objects(lflare_gl *o, lflare_error *error)
     gl->GenTextures(LFLARE__GL_TEXTURES, o->textures);
     gl->GenFramebuffers(LFLARE__GL_FRAMEBUFFERS, o->framebuffers);
     gl->GenBuffers(1, &o->instances);
+    gl->GenBuffers(1, &o->indices);
     gl->GenBuffers(1, &o->uniforms);
     gl->GenVertexArrays(1, &o->vertex_array);
     gl->GenSamplers(1, &o->sampler);
@@ -6778,6 +7144,7 @@ static lflare_result lflare__gl_objects(lflare_gl *o, lflare_error *error)
     gl->EnableVertexAttribArray(0);
     gl->VertexAttribIPointer(0, 4, 0x1403, sizeof(lflare_instance), NULL); /* unsigned short */
     gl->VertexAttribDivisor(0, 1);
+    lflare__gl_patch_indices(o);
     return whole ? LFLARE_OK : lflare__fail(error, LFLARE_ERROR_GL, 0, 0, "the GL cannot draw to a texture of R32UI");
 }
 
@@ -6832,6 +7199,7 @@ LFLARE_API void lflare_gl_destroy(lflare_gl *o)
         gl->DeleteFramebuffers(LFLARE__GL_FRAMEBUFFERS, o->framebuffers);
         gl->DeleteSamplers(1, &o->sampler);
         gl->DeleteBuffers(1, &o->instances);
+        gl->DeleteBuffers(1, &o->indices);
         gl->DeleteBuffers(1, &o->uniforms);
         gl->DeleteVertexArrays(1, &o->vertex_array);
     }
@@ -6989,10 +7357,11 @@ static void lflare__gl_ghosts(lflare_gl *o, const lflare_tables *t, const lflare
     gl->BindBuffer(0x8892, o->instances);
     gl->BufferData(0x8892, (ptrdiff_t)sizeof(lflare_instance) * f->instance_count, f->instances, 0x88E0);
     gl->UseProgram(o->programs[meshes ? LFLARE__GL_PATCHES : LFLARE__GL_FILL]);
-    if (meshes) gl->DrawArraysInstanced(0x0005, 0, LFLARE__GL_PATCH, f->instance_count); /* strips */
-    else gl->DrawArraysInstanced(0x0006, 0, LFLARE__GL_INSIDE, f->instance_count);       /* fans */
+    if (meshes) gl->DrawElementsInstanced(0x0004, LFLARE__GL_PATCH, 0x1403, NULL, f->instance_count);
+    else gl->DrawArraysInstanced(0x0006, 0, LFLARE__GL_INSIDE, f->instance_count); /* fans */
     gl->UseProgram(o->programs[meshes ? LFLARE__GL_PATCH_RIMS : LFLARE__GL_RIM]);
-    gl->DrawArraysInstanced(0x0005, 0, meshes ? LFLARE__GL_PATCH_RIM : LFLARE__GL_RING, f->instance_count);
+    if (meshes) gl->DrawElementsInstanced(0x0004, LFLARE__GL_PATCH_ROW * (LFLARE_PATCH_BANDS - 1), 0x1403, NULL, f->instance_count);
+    else gl->DrawArraysInstanced(0x0005, 0, LFLARE__GL_RING, f->instance_count);   /* strips */
 }
 
 static lflare_result lflare__gl_valid(const lflare_gl *o, const lflare_tables *t, const lflare_frame_data *f)

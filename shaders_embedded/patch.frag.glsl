@@ -1,8 +1,16 @@
 out vec4 o_color;
-in vec3 v_irradiance;
+in vec3 v_irradiance; /* to it comes */
+in vec3 v_flux;       /* over the area on the sensor that a triangle's area on the entrance, mm, shrinks to */
+in vec3 v_entrance;   /* place; the most that areas shrink by: slivers next to caustics that hit a pixel's middle would sparkle */
+
+vec3 lit()
+{
+    vec2 ex = dFdx(v_entrance.xy), ey = dFdy(v_entrance.xy);
+    return v_irradiance + v_flux * min(abs(ex.x * ey.y - ex.y * ey.x) / (u_lens.x * u_lens.x), v_entrance.z);
+}
 
 #ifndef PATCH_RIM
-void main() { o_color = vec4(v_irradiance, 0.0); }
+void main() { o_color = vec4(lit(), 0.0); }
 #else
 /* Coverage within iris and rim where a mesh's heights say so: see lflare__rim_coverage. */
 in vec4 v_iris01;  /* red's and green's place on the iris */
@@ -13,7 +21,7 @@ in vec2 v_bulge;   /* counts directions; 4 times how far rims bulge between them
 void cut_slope(vec3 over, vec3 gx, vec3 gy, float soft)
 {
     vec3 g = max(sqrt(gx * gx + gy * gy), vec3(1e-20));
-    cut(-over / (soft * g), -gx / g, -gy / g);
+    cut(-over / (soft * min(g, 0.6)), -gx / g, -gy / g);
 }
 
 void main()
@@ -33,6 +41,6 @@ void main()
         }
     }
     cut_slope(v_rim - 1.0 - v_bulge.y * turn * (1.0 - turn), rim_x - bend * dFdx(v_bulge.x), rim_y - bend * dFdy(v_bulge.x), v_iris2.z);
-    o_color = vec4(v_irradiance * within(), 0.0);
+    o_color = vec4(lit() * within(), 0.0);
 }
 #endif

@@ -47,6 +47,8 @@ static void print_base64(const void *data, size_t size)
     X(DeleteShader, (unsigned a), "'deleteShader', o.shader[%u]", a)                                                                   \
     X(Disable, (unsigned a), "'disable', %u", a)                                                                                       \
     X(DrawArraysInstanced, (unsigned a, int b, int c, int d), "'drawArraysInstanced', %u, %d, %d, %d", a, b, c, d)                     \
+    X(DrawElementsInstanced, (unsigned a, int b, unsigned c, const void *d, int e), "'drawElementsInstanced', %u, %d, %u, %ld, %d", a, b, c, \
+      (long)(ptrdiff_t)d, e)                                                                                                           \
     X(Enable, (unsigned a), "'enable', %u", a)                                                                                         \
     X(EnableVertexAttribArray, (unsigned a), "'enableVertexAttribArray', %u", a)                                                       \
     X(FramebufferTexture2D, (unsigned a, unsigned b, unsigned c, unsigned d, int e),                                                   \
