@@ -5,6 +5,7 @@
 # make models  how near each model of the ghosts comes to exact rays, on six lenses; the first run takes half an hour
 # make shaders writes shaders_embedded/*.glsl into lensflare.h
 # make diagrams draws the lenses and their page, lenses/README.md
+# make fits    fits the lenses whose fits are small enough to lie beside them
 # make fuzz    thirty minutes of fuzzing (SECONDS=n for less); make coverage shows what it reached
 
 CC      ?= cc
@@ -90,6 +91,10 @@ shaders:
 diagrams: $(B)/flare
 	lenses/diagrams/gallery.sh
 
+# Under 100 KB each; `flare fit` makes the others in seconds.
+fits: $(B)/flare
+	for lens in cooke-triplet-27 heliar-tronnier petzval-kodak topogon; do $(B)/flare fit lenses/$$lens.lens -o lenses/$$lens.fit || exit; done
+
 fuzz:
 	tests/fuzz.sh $(or $(SECONDS),1800)
 
@@ -99,4 +104,4 @@ coverage:
 clean:
 	rm -rf $(B)
 
-.PHONY: all no-windows demo test tests bench models shaders diagrams fuzz coverage clean
+.PHONY: all no-windows demo test tests bench models shaders diagrams fits fuzz coverage clean

@@ -2920,6 +2920,32 @@ static int lflare__fit_ghost_valid(const lflare__fit_ghost *g, const uint8_t *fi
     return offset < size && size - offset >= LFLARE__KNOTS * lflare__knot_bytes(g->order, g->rims);
 }
 
+static int lflare__fit_number_valid(const uint8_t *p, float least)
+{
+    float v = lflare__get_float(p);
+    return v >= least && v <= 1e8f; /* not NaN either; what is made of it stays within floats */
+}
+
+/* Whether all numbers of a ghost's knots are such that a mesh can be made of them. */
+static int lflare__fit_numbers_valid(const lflare__fit_ghost *g)
+{
+    static const float least[6] = {-1e8f, 1e-9f, 1e-9f, -1e8f, 0, 0}; /* boxes */
+    const uint8_t *p = g->knots;
+    int32_t j, i, k;
+    for (j = 0; j < LFLARE__KNOTS && p != NULL; j++) {
+        for (i = 0; i < 6; i++, p += 4)
+            if (!lflare__fit_number_valid(p, least[i])) return 0;
+        for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
+            int32_t n = k == 0 ? g->order : lflare__difference_order(g->order);
+            for (i = 0; i <= 2 + g->rims; i++) {
+                if (!lflare__fit_number_valid(p, -1e8f) || !lflare__fit_number_valid(p + 4, -1e8f)) return 0;
+                p += lflare__field_bytes(lflare__terms(n) + (i < 2 + g->rims ? lflare__terms(n - 1) : 0));
+            }
+        }
+    }
+    return 1;
+}
+
 LFLARE_API lflare_result lflare_aberration_check(const lflare_lens *lens, const void *fit, size_t size, lflare_error *error)
 {
     const uint8_t *p = (const uint8_t *)fit;
@@ -2947,7 +2973,7 @@ LFLARE_API lflare_result lflare_aberration_check(const lflare_lens *lens, const 
     for (g = 0; g < lens->ghost_count; g++) {
         lflare__fit_ghost ghost;
         lflare__fit_ghost_read(p, g, &ghost);
-        if (!lflare__fit_ghost_valid(&ghost, p, size)) return lflare__fail(error, LFLARE_ERROR_FIT, 0, 0, "the fit's row of ghost %i is out of range", g);
+        if (!lflare__fit_ghost_valid(&ghost, p, size) || !lflare__fit_numbers_valid(&ghost)) return lflare__fail(error, LFLARE_ERROR_FIT, 0, 0, "the fit's row of ghost %i is out of range", g);
     }
     return LFLARE_OK;
 }

@@ -40,8 +40,9 @@ static const char help[] =
     "                [--exposure EV] [--model paraxial|polynomial|reference] [--fit FILE] [--wavelengths N] [--cells N]\n"
     "      the flare of one light. PNG is tone-mapped; PFM holds linear multiples of the light's irradiance. --backend gl\n"
     "      needs no window: EGL draws, or else OSMesa (the environment's GL_HOST=egl or osmesa picks one)\n"
-    "      --model polynomial: aberrated ghosts, near enough to exact rays, from the fit in FILE, or from one made on the spot;\n"
-    "      with --fit it is the default, without it paraxial, the quick model of undistorted ghosts\n"
+    "      --model polynomial: aberrated ghosts, near enough to exact rays, from the fit in FILE or beside the lens (NAME.fit\n"
+    "      beside NAME.lens), or from one made on the spot; where there is a fit it is the default, elsewhere paraxial, the quick\n"
+    "      model of undistorted ghosts\n"
     "      --model reference: meshes of exact rays from a point of light, slow; N cells along a side of each ghost's entrance, or\n"
     "      finer and finer until two pictures agree to 52 dB; wavelengths 3 (650, 510, 475 nm) to 256 (400 to 700 nm, CIE 1931)\n"
     "  flare fit     LENS -o FILE\n"
@@ -985,8 +986,9 @@ static void *fit_lens(const char *path, const lflare_lens *lens, size_t *size, d
     return fit;
 }
 
-/* A file of `flare fit`, from malloc. lflare_file_read would do for all but the lenses of a thousand ghosts. */
-static void *read_fit(const char *path, const lflare_lens *lens, size_t *size)
+/* A file of `flare fit`, from malloc. lflare_file_read would do for all but the lenses of a thousand ghosts. What is no fit of the lens
+   ends the program, or if it was not asked for by name is said and left. */
+static void *read_fit(const char *path, int named, const lflare_lens *lens, size_t *size)
 {
     const size_t limit = (size_t)256 << 20;
     FILE *file = fopen(path, "rb");
@@ -1005,8 +1007,11 @@ static void *read_fit(const char *path, const lflare_lens *lens, size_t *size)
     } while (*size == room);
     if (ferror(file)) complain("%s: %s", path, strerror(errno));
     fclose(file);
-    if (lflare_aberration_check(lens, fit, *size, &error) != LFLARE_OK) complain("%s: %s", path, error.text);
-    return fit;
+    if (lflare_aberration_check(lens, fit, *size, &error) == LFLARE_OK) return fit;
+    if (named) complain("%s: %s", path, error.text);
+    fprintf(stderr, "flare: %s is not used: %s\n", path, error.text);
+    free(fit);
+    return NULL;
 }
 
 static int command_fit(int argc, char **argv)
@@ -1030,13 +1035,34 @@ static int command_fit(int argc, char **argv)
     return finish();
 }
 
+/* The fit that lies beside a lens, NULL for none. */
+static void *fit_beside(const char *path, const lflare_lens *lens, size_t *size)
+{
+    size_t length = strlen(path);
+    char *name = (char *)malloc(length + 5);
+    void *fit = NULL;
+    FILE *file;
+    if (name == NULL) complain("out of memory");
+    strcpy(name, path);
+    strcpy(name + (ends_with(path, ".lens") ? length - 5 : length), ".fit");
+    file = fopen(name, "rb");
+    if (file != NULL) {
+        fclose(file);
+        fit = read_fit(name, 0, lens, size);
+    }
+    free(name);
+    return fit;
+}
+
 /* The fit that the options call for, NULL for none. */
 static void *fit_for_render(const options *o, const lflare_lens *lens, size_t *size)
 {
     double spent;
     void *fit;
-    if (o->fit != NULL) return read_fit(o->fit, lens, size);
-    if (o->model != LFLARE_MODEL_POLYNOMIAL) return NULL;
+    if (o->fit != NULL) return read_fit(o->fit, 1, lens, size);
+    if (o->reference || o->model == LFLARE_MODEL_PARAXIAL) return NULL;
+    fit = fit_beside(o->operands[0], lens, size);
+    if (fit != NULL || o->model != LFLARE_MODEL_POLYNOMIAL) return fit;
     fit = fit_lens(o->operands[0], lens, size, &spent);
     if (isatty(2)) fprintf(stderr, "flare: %d ghosts fitted in %.2f s; 'flare fit' saves them for --fit\n", (int)lens->ghost_count, spent);
     return fit;

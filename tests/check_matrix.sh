@@ -168,14 +168,14 @@ fi
 # a leak counts where our code stands in its stack.
 S="-std=c99 -g -O1 -fsanitize=address,undefined,float-cast-overflow -fno-sanitize-recover=all -I. -Itests"
 for t in tests/test_*.c; do
-    name=$(basename "$t" .c) libs= leaks=1
+    name=$(basename "$t" .c) libs= leaks=1 part=
     case "$name" in
     test_text | test_failure) ;;
     test_gl)
         [ -x "build/$name" ] || { skip "$name with sanitisers: it could not be built"; continue; }
         libs="-lEGL -lGL" leaks=0
         ;;
-    test_aberration) libs=-lpthread ;;
+    test_aberration) libs=-lpthread part=quick ;;
     test_reference)
         [ "${ALL:-}" ] || continue
         libs=-lpthread
@@ -183,7 +183,7 @@ for t in tests/test_*.c; do
     *) [ "${ALL:-}" ] || continue ;;
     esac
     rm -f "$B/log2"
-    if gcc $S "$t" -o "$B/san_$name" -lcmocka $libs -lm >"$B/log" 2>&1 && LSAN_OPTIONS=exitcode=$((23 * leaks)) "$B/san_$name" >"$B/log" 2>&1 &&
+    if gcc $S "$t" -o "$B/san_$name" -lcmocka $libs -lm >"$B/log" 2>&1 && LSAN_OPTIONS=exitcode=$((23 * leaks)) "$B/san_$name" $part >"$B/log" 2>&1 &&
         ! sed -n '/LeakSanitizer/,$p' "$B/log" | grep -E 'lensflare\.h|tests/' >"$B/log2"; then ok "$name with sanitisers"; else
         grep -E 'runtime error|ERROR: AddressSanitizer|LeakSanitizer|FAILED|rror' "$B/log" >>"$B/log2"; mv "$B/log2" "$B/log"; bad "$name with sanitisers"; fi
 done

@@ -153,7 +153,8 @@ for signal in INT TERM; do
 done
 
 # ---- fits ----
-tronnier=lenses/heliar-tronnier.lens fit=$dir/heliar.fit
+tronnier=$dir/tronnier.lens fit=$dir/heliar.fit # a copy without a fit beside it
+cp lenses/heliar-tronnier.lens "$tronnier"
 "$flare" fit $tronnier -o "$fit" >"$dir/out" 2>"$dir/err" && [ ! -s "$dir/err" ] &&
     [ "$(sed -E 's/[0-9]+\.[0-9][0-9] s$/S s/' "$dir/out")" = "$fit: 13 ghosts, $(wc -c <"$fit" | tr -d ' ') bytes, S s" ]
 result $? "fit prints one line: $(sed 's/.*: //' "$dir/out")"
@@ -169,6 +170,18 @@ result $? "render is paraxial without --model and --fit"
 result $? "render --model polynomial fits by itself, silently where no one looks"
 "$flare" render $flat -o "$dir/loaded.pfm" --fit "$fit" && cmp -s "$dir/poly.pfm" "$dir/loaded.pfm" && ! cmp -s "$dir/poly.pfm" "$dir/par.pfm"
 result $? "render --fit is polynomial, and the same picture"
+cp "$fit" "$dir/tronnier.fit"
+"$flare" render $flat -o "$dir/beside.pfm" && cmp -s "$dir/poly.pfm" "$dir/beside.pfm" && "$flare" render $flat -o "$dir/beside.pfm" --model paraxial &&
+    cmp -s "$dir/par.pfm" "$dir/beside.pfm"
+result $? "render takes the fit that lies beside the lens, unless it is to be paraxial"
+echo broken >"$dir/tronnier.fit"
+"$flare" render $flat -o "$dir/beside.pfm" 2>"$dir/err" && cmp -s "$dir/par.pfm" "$dir/beside.pfm" && grep -q 'tronnier.fit is not used: ' "$dir/err"
+result $? "render says that a fit beside the lens is none: $(cat "$dir/err")"
+rm -f "$dir/tronnier.fit"
+for lens in lenses/*.fit; do
+    "$flare" render "${lens%.fit}.lens" -o "$dir/shipped.pfm" --size 64x36 --fit "$lens" || break
+done
+result $? "shipped fits are those of their lenses"
 "$flare" render $flat -o "$dir/loaded.pfm" --fit "$fit" --model polynomial && cmp -s "$dir/poly.pfm" "$dir/loaded.pfm"
 result $? "render --fit --model polynomial is too"
 "$flare" render $flat -o "$dir/exact.pfm" --model reference --cells 60 2>"$dir/err"
