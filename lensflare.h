@@ -548,7 +548,7 @@ typedef struct lflare_aberration_desc {
     void *user;              /* of both */
 } lflare_aberration_desc;
 
-/* Fits polynomials to exact rays of every ghost (P 8), once per lens: 4 to 8 ms a ghost. *fit is allocated, *size bytes long, free
+/* Fits polynomials to exact rays of every ghost (P 8), once per lens: 7 to 15 ms a ghost. *fit is allocated, *size bytes long, free
    it with the same callback: a block of bytes to store, to load at any address and to give to lflare_desc. Takes 6 MB while it works.
    LFLARE_INCOMPLETE if `progress` stopped it, with nothing left behind. desc and error may be NULL. Not with LFLARE_NO_TRACE. */
 LFLARE_API lflare_result lflare_aberration_fit(const lflare_lens *lens, const lflare_aberration_desc *desc, void **fit, size_t *size, lflare_error *error);
@@ -690,7 +690,7 @@ LFLARE_API lflare_tables_size lflare_tables_layout(const lflare_lens *lens, cons
 LFLARE_API lflare_result lflare_tables_prepare(const lflare_lens *lens, lflare_tables *tables, int32_t begin, int32_t end);
 
 /* Configure, in three parts that may be spread over frames: begin (iris, overrides checked), any number of ranges
-   covering all ghosts (50 to 120 us a ghost, with meshes 3 to 5 ms), end (order, normalisation). The lens tables must be whole. */
+   covering all ghosts (50 to 120 us a ghost, with meshes 5 to 25 ms), end (order, normalisation). The lens tables must be whole. */
 LFLARE_API lflare_result lflare_tables_configure_begin(const lflare_lens *lens, lflare_tables *tables, const lflare_settings *settings,
                                                        lflare_error *error);
 LFLARE_API void lflare_tables_configure_range(const lflare_lens *lens, lflare_tables *tables, const lflare_settings *settings, int32_t begin,
@@ -839,7 +839,8 @@ LFLARE_API lflare_result lflare_gl_create(const lflare_gl_desc *desc, lflare_gl 
 
 /* Adds the frame's ghosts to the bound framebuffer and viewport: two instanced draws, insides and rims, whatever the number of
    lights. Uploads tables that changed since the last draw (allocating then), else 8 bytes an instance and 64 a light. Never
-   reads back, never waits. The target has one colour buffer and is linear (or encodes on write). Half float is best. Where
+   reads back, never waits. Caustics of
+   meshes are antialiased where the target has several samples a pixel. The target has one colour buffer and is linear (or encodes on write). Half float is best. Where
    float targets cannot be blended 8 bits a channel remain (better sRGB-encoding than linear: a ghost fainter than half a step
    adds nothing, and rounding adds up over ghosts), or lflare_render into a texture. */
 LFLARE_API lflare_result lflare_gl_draw(lflare_gl *gl, const lflare_tables *tables, const lflare_frame_data *frame);
@@ -2923,13 +2924,13 @@ static int lflare__fit_ghost_valid(const lflare__fit_ghost *g, const uint8_t *fi
 static int lflare__fit_number_valid(const uint8_t *p, float least)
 {
     float v = lflare__get_float(p);
-    return v >= least && v <= 1e8f; /* not NaN either; what is made of it stays within floats */
+    return v >= least && v <= 1e12f; /* not NaN either; what is made of it stays within floats */
 }
 
 /* Whether all numbers of a ghost's knots are such that a mesh can be made of them. */
 static int lflare__fit_numbers_valid(const lflare__fit_ghost *g)
 {
-    static const float least[6] = {-1e8f, 1e-9f, 1e-9f, -1e8f, 0, 0}; /* boxes */
+    static const float least[6] = {-1e12f, 1e-9f, 1e-9f, -1e12f, 0, 0}; /* boxes */
     const uint8_t *p = g->knots;
     int32_t j, i, k;
     for (j = 0; j < LFLARE__KNOTS && p != NULL; j++) {
@@ -2938,7 +2939,7 @@ static int lflare__fit_numbers_valid(const lflare__fit_ghost *g)
         for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
             int32_t n = k == 0 ? g->order : lflare__difference_order(g->order);
             for (i = 0; i <= 2 + g->rims; i++) {
-                if (!lflare__fit_number_valid(p, -1e8f) || !lflare__fit_number_valid(p + 4, -1e8f)) return 0;
+                if (!lflare__fit_number_valid(p, -1e12f) || !lflare__fit_number_valid(p + 4, -1e12f)) return 0;
                 p += lflare__field_bytes(lflare__terms(n) + (i < 2 + g->rims ? lflare__terms(n - 1) : 0));
             }
         }
@@ -5918,6 +5919,7 @@ typedef struct lflare__plane {
 /* A triangle in pixels from the top left corner. */
 typedef struct lflare__triangle {
     double x[3], y[3], twice_area;
+    int32_t begin, end; /* channels lit */
     lflare__plane share[2], irradiance[3], iris[3][2], rim[3], rim_soft, bulge, turn; /* share: of the second and third corner */
 } lflare__triangle;
 
@@ -6016,24 +6018,32 @@ static float lflare__rim_coverage(const lflare__triangle *t, int32_t k, float ir
     return lflare__both(&cuts);
 }
 
-/* Corners to pixels; 0 if nothing is lit. */
-static int lflare__triangle_make(const lflare_patch_vertex *const *v, const lflare_frame_data *f, int rim, lflare__triangle *t)
+/* Corners to pixels; 0 if nothing is lit of rows begin <= row < end. */
+static int lflare__triangle_make(const lflare_patch_vertex *const *v, const lflare_frame_data *f, int rim, int32_t begin, int32_t end, lflare__triangle *t)
 {
-    float lit = 0, ratio;
+    float ratio;
     double entrance;
     int32_t i, k;
     for (i = 0; i < 3; i++) {
         t->x[i] = 0.5 * f->width * (1 - ((double)v[i]->position[0] - (double)f->centre[0]) / (double)f->half_width);
         t->y[i] = 0.5 * f->height * (1 + ((double)v[i]->position[1] - (double)f->centre[1]) / (double)f->half_height);
-        for (k = 0; k < 3; k++) lit = lflare__maxf(lit, v[i]->irradiance[k] + v[i]->flux[k]);
+    }
+    if ((t->y[0] < begin && t->y[1] < begin && t->y[2] < begin) || (t->y[0] > end && t->y[1] > end && t->y[2] > end)) return 0;
+    if ((t->x[0] < 0 && t->x[1] < 0 && t->x[2] < 0) || (t->x[0] > f->width && t->x[1] > f->width && t->x[2] > f->width)) return 0;
+    for (t->begin = 3, t->end = k = 0; k < 3; k++) {
+        float lit = 0;
+        for (i = 0; i < 3; i++) lit = lflare__maxf(lit, v[i]->irradiance[k] + v[i]->flux[k]);
+        if (!(lit > 0)) continue;
+        if (k < t->begin) t->begin = k;
+        t->end = k + 1;
     }
     t->twice_area = (t->x[1] - t->x[0]) * (t->y[2] - t->y[0]) - (t->x[2] - t->x[0]) * (t->y[1] - t->y[0]);
-    if (!(lit > 0) || !(fabs(t->twice_area) > 1e-12) || !lflare__finite(t->twice_area)) return 0;
+    if (t->begin >= t->end || !(fabs(t->twice_area) > 1e-12) || !lflare__finite(t->twice_area)) return 0;
     entrance = (double)(v[1]->entrance[0] - v[0]->entrance[0]) * (double)(v[2]->entrance[1] - v[0]->entrance[1]) -
                (double)(v[2]->entrance[0] - v[0]->entrance[0]) * (double)(v[1]->entrance[1] - v[0]->entrance[1]);
     ratio = (float)fabs(entrance / (t->twice_area * (double)f->pixel * (double)f->pixel));
     for (i = 0; i < 2; i++) t->share[i] = lflare__plane_make(t, 0, i == 0, i == 1);
-    for (k = 0; k < 3; k++) {
+    for (k = t->begin; k < t->end; k++) {
         float e[3];
         for (i = 0; i < 3; i++) e[i] = v[i]->irradiance[k] + v[i]->flux[k] * ratio;
         t->irradiance[k] = lflare__plane_make(t, e[0], e[1], e[2]);
@@ -6067,40 +6077,72 @@ static void lflare__triangle_pixel(const lflare__triangle *t, const lflare_iris 
 {
     int32_t k;
     if (covered < 0.999f) lflare__triangle_clamp(t, &x, &y);
-    for (k = 0; k < 3; k++) {
+    for (k = t->begin; k < t->end; k++) {
         float e = lflare__maxf(lflare__plane_at(&t->irradiance[k], x, y), 0) * covered;
         if (iris_soft > 0 && e > 0) e *= lflare__rim_coverage(t, k, iris_soft, iris, x, y);
         pixel[k] += e;
     }
 }
 
-/* One triangle on rows begin <= row < end; iris_soft 0: it lies quite inside. */
+/* Pixels from..to-1 of a row, wholly between a triangle's sides: lit evenly but for what their irradiance says. */
+static void lflare__triangle_run(const lflare__triangle *t, int32_t from, int32_t to, float covered, float y, float *pixels)
+{
+    int32_t x, k;
+    for (k = t->begin; k < t->end; k++) {
+        const lflare__plane *p = &t->irradiance[k];
+        float at = (p->at + p->dy * y + p->dx * (float)(from + 0.5 - t->x[0])) * covered, step = p->dx * covered;
+        for (x = from; x < to; x++) pixels[(ptrdiff_t)4 * x + k] += lflare__maxf(at + step * (float)(x - from), 0);
+    }
+}
+
+/* One row of a triangle; iris_soft 0: it lies quite inside. */
+static void lflare__triangle_row(const lflare__triangle *t, const lflare_iris *iris, float iris_soft, int32_t row, int32_t width, float *pixels)
+{
+    lflare__side sides[3];
+    double lo = 1e300, hi = -1e300, full = -1e300, rest = 1e300, height = 0;
+    float y = (float)(row + 0.5 - t->y[0]);
+    int32_t x, to, run, run_end;
+    for (x = 0; x < 3; x++) {
+        sides[x] = lflare__side_on(t, x, (x + 1) % 3, row);
+        if (sides[x].height == 0) continue;
+        lo = lflare__min(lo, sides[x].lo);
+        hi = lflare__max(hi, sides[x].hi);
+        if (sides[x].height > 0) {
+            full = lflare__max(full, sides[x].hi);
+            height += sides[x].height;
+        } else {
+            rest = lflare__min(rest, sides[x].lo);
+        }
+    }
+    x = (int32_t)lflare__clamp(floor(lo), 0, width);
+    to = (int32_t)lflare__clamp(ceil(hi), 0, width);
+    run = (int32_t)lflare__clamp(ceil(full), x, to);
+    run_end = (int32_t)lflare__clamp(floor(rest), run, to);
+    if (iris_soft > 0 || run_end - run < 2) run = run_end = to;
+    for (; x < to; x++) {
+        float covered;
+        if (x == run && run < run_end) {
+            lflare__triangle_run(t, run, run_end, (float)height, y, pixels);
+            x = run_end - 1;
+            continue;
+        }
+        covered = (float)lflare__covered(sides, x);
+        if (covered > 0) lflare__triangle_pixel(t, iris, iris_soft, covered, (float)(x + 0.5 - t->x[0]), y, pixels + (ptrdiff_t)4 * x);
+    }
+}
+
+/* One triangle on rows begin <= row < end. */
 static void lflare__triangle_draw(const lflare_patch_vertex *const *v, const lflare_frame_data *f, const lflare_iris *iris, float iris_soft,
                                   const lflare_image *image, int32_t begin, int32_t end)
 {
     ptrdiff_t stride = image->stride != 0 ? image->stride : (ptrdiff_t)4 * image->width;
     lflare__triangle t;
-    int32_t row, x;
-    if (!lflare__triangle_make(v, f, iris_soft > 0, &t)) return;
+    int32_t row;
+    if (!lflare__triangle_make(v, f, iris_soft > 0, begin, end, &t)) return;
     begin = (int32_t)lflare__clamp(floor(lflare__min(t.y[0], lflare__min(t.y[1], t.y[2]))), begin, end);
     end = (int32_t)lflare__clamp(ceil(lflare__max(t.y[0], lflare__max(t.y[1], t.y[2]))), begin, end);
-    for (row = begin; row < end; row++) {
-        float *pixels = image->pixels + stride * (image->bottom_up ? image->height - 1 - row : row);
-        lflare__side sides[3];
-        double lo = 1e300, hi = -1e300;
-        int32_t to;
-        for (x = 0; x < 3; x++) {
-            sides[x] = lflare__side_on(&t, x, (x + 1) % 3, row);
-            if (sides[x].height == 0) continue;
-            lo = lflare__min(lo, sides[x].lo);
-            hi = lflare__max(hi, sides[x].hi);
-        }
-        to = (int32_t)lflare__clamp(ceil(hi), 0, image->width);
-        for (x = (int32_t)lflare__clamp(floor(lo), 0, image->width); x < to; x++) {
-            float covered = (float)lflare__covered(sides, x);
-            if (covered > 0) lflare__triangle_pixel(&t, iris, iris_soft, covered, (float)(x + 0.5 - t.x[0]), (float)(row + 0.5 - t.y[0]), pixels + (ptrdiff_t)4 * x);
-        }
-    }
+    for (row = begin; row < end; row++)
+        lflare__triangle_row(&t, iris, iris_soft, row, image->width, image->pixels + stride * (image->bottom_up ? image->height - 1 - row : row));
 }
 
 static void lflare__quads_draw(const lflare_patch_vertex *a, const lflare_patch_vertex *b, const lflare_frame_data *f, const lflare_iris *iris, float iris_soft,

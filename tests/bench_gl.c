@@ -433,7 +433,7 @@ static void bench_models(lflare_gl *gl, const char *path)
     for (i = 0; i < 2; i++) {
         job j = {0};
         int32_t count = lflare_get_frame(flares[i])->instance_count;
-        int32_t each = i == 0 ? LFLARE__GL_INSIDE + LFLARE__GL_RING : LFLARE__GL_PATCH + LFLARE__GL_PATCH_RIM;
+        int32_t each = i == 0 ? LFLARE__GL_INSIDE + LFLARE__GL_RING : LFLARE_PATCH_DIRECTIONS * (LFLARE_PATCH_RINGS + LFLARE_PATCH_BANDS); /* by indices, each once */
         j.gl = gl;
         j.flare = flares[i];
         printf("  %s %8.2f ms; %d instances, %d vertices, %.2f million fragments", names[i], ms[i], (int)count, (int)(count * each),
