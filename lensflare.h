@@ -839,10 +839,10 @@ LFLARE_API lflare_result lflare_gl_create(const lflare_gl_desc *desc, lflare_gl 
 
 /* Adds the frame's ghosts to the bound framebuffer and viewport: two instanced draws, insides and rims, whatever the number of
    lights. Uploads tables that changed since the last draw (allocating then), else 8 bytes an instance and 64 a light. Never
-   reads back, never waits. Caustics of
-   meshes are antialiased where the target has several samples a pixel. The target has one colour buffer and is linear (or encodes on write). Half float is best. Where
+   reads back, never waits. The target has one colour buffer and is linear (or encodes on write). Half float is best. Where
    float targets cannot be blended 8 bits a channel remain (better sRGB-encoding than linear: a ghost fainter than half a step
-   adds nothing, and rounding adds up over ghosts), or lflare_render into a texture. */
+   adds nothing, and rounding adds up over ghosts), or lflare_render into a texture. Edges of caustics are antialiased where
+   the target has several samples a pixel. */
 LFLARE_API lflare_result lflare_gl_draw(lflare_gl *gl, const lflare_tables *tables, const lflare_frame_data *frame);
 
 /* The same for cheap machines, at a quarter of the fragments: draw_half draws into a picture of its own of half the width and

@@ -391,6 +391,62 @@ static void meshes_equal_software(int es)
     gl_host_close(&context);
 }
 
+/* What changes from one picture to the next, as a share of the light. */
+static double change(const float *a, const float *b)
+{
+    double sum = 0, light = 0;
+    int i;
+    for (i = 0; i < 4 * W * H; i++) {
+        if (i % 4 == 3) continue;
+        assert_true(b[i] >= 0 && b[i] < 1e30f);
+        sum += fabs((double)(b[i] - a[i]));
+        light += (double)a[i];
+    }
+    return sum / light;
+}
+
+/* A light moves: meshes in GL change no more from place to place than in software, whose changes `make models` compares with those
+   of exact rays. */
+static void meshes_move_smoothly(void **state)
+{
+    enum { PLACES = 30 };
+    static float drawn[2][4 * W * H], expected[2][4 * W * H];
+    lflare_gl_desc desc = describe();
+    lflare *plain = open_lens("lenses/heliar-tronnier.lens", 0, 0), *flare;
+    lflare_image image;
+    lflare_gl *gl;
+    void *fit;
+    size_t size;
+    double worst = 0;
+    int i;
+    (void)state;
+    if (!open_target(0)) skip();
+    gl = create(&desc);
+    assert_int_equal(lflare_aberration_fit(lflare_get_lens(plain), NULL, &fit, &size, NULL), LFLARE_OK);
+    flare = open_lens_with("lenses/heliar-tronnier.lens", 4, 0, fit, size);
+    memset(&image, 0, sizeof image);
+    image.width = W;
+    image.height = H;
+    image.bottom_up = 1;
+    for (i = 0; i < PLACES; i++) {
+        image.pixels = expected[i % 2];
+        memset(image.pixels, 0, sizeof expected[0]);
+        one_frame(flare, 4 + 0.07f * (float)i, 0, 1);
+        assert_int_equal(lflare_render(flare, &image), LFLARE_OK);
+        glClear(GL_COLOR_BUFFER_BIT);
+        assert_int_equal(lflare_gl_draw(gl, lflare_get_tables(flare), lflare_get_frame(flare)), LFLARE_OK);
+        glReadPixels(0, 0, W, H, GL_RGBA, GL_FLOAT, drawn[i % 2]);
+        if (i > 0) worst = fmax(worst, change(drawn[(i + 1) % 2], drawn[i % 2]) / change(expected[(i + 1) % 2], expected[i % 2]));
+    }
+    print_message("a light in %d places: GL changes %.3f times as much as software at most\n", (int)PLACES, worst);
+    assert_true(worst < 1.5);
+    lflare_destroy(flare);
+    lflare_destroy(plain);
+    free(fit);
+    lflare_gl_destroy(gl);
+    gl_host_close(&context);
+}
+
 static void read_target(float *out)
 {
     glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
@@ -1353,6 +1409,7 @@ int main(void)
         cmocka_unit_test(equals_software_es),
         cmocka_unit_test(meshes_equal_software_gl),
         cmocka_unit_test(meshes_equal_software_es),
+        cmocka_unit_test(meshes_move_smoothly),
         cmocka_unit_test(every_pixel_once),
         cmocka_unit_test(calls),
         cmocka_unit_test(state_is_put_back),
