@@ -409,7 +409,7 @@ static double change(const float *a, const float *b)
    of exact rays. */
 static void meshes_move_smoothly(void **state)
 {
-    enum { PLACES = 30 };
+    enum { PLACES = 12 };
     static float drawn[2][4 * W * H], expected[2][4 * W * H];
     lflare_gl_desc desc = describe();
     lflare *plain = open_lens("lenses/heliar-tronnier.lens", 0, 0), *flare;
