@@ -171,7 +171,7 @@
        settings  style     ghost:  (tint rgb, scale)(move along, move across, field angle where hidden, 1/that)
        settings  cull      active ghosts, strongest first: bounds, for the CPU's loop                       28 bytes
        settings  mesh_head ghost: (first texel, directions, rings, diffraction)(hidden angle, bits, meshes, texels a knot)
-       settings  mesh      ghost: 12 field angles x 2 texels of the whole, then 5 a vertex, or 3 channels x 3    70 to 600 KB
+       settings  mesh      ghost: 12 or 23 angles x 2 texels of the whole, then 5 a vertex, or 3 channels x 3    80 KB to 1.9 MB
        settings  blades    (normal x y, distance, arc radius) per blade
        frame     lights    64 bytes each
        instance            ghost, light, patch, band: four 16-bit numbers                                    8 bytes

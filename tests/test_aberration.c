@@ -394,7 +394,7 @@ static void fits_turn_and_mirror(void **state)
         }
     }
     print_message("%ld rays turned or mirrored: places %.2e apart, weights %.2e\n", rays, worst, worst_weight);
-    assert_true(rays > 3000 && worst < 5e-5 && worst_weight < 1e-4); /* mm: floats rounded, no more */
+    assert_true(rays > 3000 && worst < 1.5e-5 && worst_weight < 1e-4);
 }
 
 typedef struct scene {
