@@ -16,7 +16,7 @@
        LFLARE_NO_GL            leaves out the room "gl"
        LFLARE_NO_TRACE         leaves out the room "trace": fits made elsewhere are still loaded and drawn
        LFLARE_NO_ABERRATION    leaves out the polynomial model: room "aberration", fitting, meshes
-       LFLARE_NO_DIFFRACTION   accepted; its room comes in a later version
+       LFLARE_NO_DIFFRACTION   leaves out the room "diffraction": starbursts, masks
 
    Needs libc and libm. No globals, no output, no exit. All lengths are millimetres, angles radians, wavelengths
    nanometres, unless a name says otherwise. */
@@ -34,14 +34,15 @@
        >> 6 ghosts
        >> 7 coating
        >> 8 iris
-       >> 9 aberration
-       >> 10 trace
-       >> 11 tables
-       >> 12 frame
-       >> 13 software
-       >> 14 gl
-       >> 15 object
-       >> 16 licence
+       >> 9 diffraction
+       >> 10 aberration
+       >> 11 trace
+       >> 12 tables
+       >> 13 frame
+       >> 14 software
+       >> 15 gl
+       >> 16 object
+       >> 17 licence
 
    QUICK EXAMPLE (a test extracts, compiles and runs it)
 
@@ -469,14 +470,105 @@ typedef struct lflare_iris {
     float radius;        /* of the circumscribed circle, on the stop plane */
     float area;          /* open area over that of the circumscribed circle: 0.757 for five straight blades */
     float roundness;     /* share of the turning of its outline that is on arcs: 1 round, 0 straight blades */
+    float softness;      /* edges fade over so much on either side, in radii; 0 = sharp */
     int32_t blade_count; /* 0 = round */
     lflare_blade blades[LFLARE_MAX_BLADES];
+    const uint8_t *mask; /* of LFLARE_MASK_SIZE^2 bytes, multiplies what blades leave open; NULL = none: see lflare_iris_set_mask */
 } lflare_iris;
 
 /* Iris at f-number N: radius min(|A11| EFL / 2N, the stop's own) (P 6); N = 0 is the lens's. blades 0 or 3 to 16; rotation
    turns the first vertex from +x; curvature 0 straight to 1 round. *fnumber (may be NULL) gets the effective f-number. */
 LFLARE_API lflare_result lflare_iris_make(const lflare_lens *lens, double fnumber, int32_t blades, double rotation, double curvature,
                                           lflare_iris *out, double *fnumber_effective);
+
+/* Power that passes at a point of the stop plane, in units of the iris's radius; edges fade over +-soft besides its softness. */
+LFLARE_API float lflare_iris_transmission(const lflare_iris *iris, float x, float y, float soft);
+
+/* ---- diffraction (not with LFLARE_NO_DIFFRACTION) ---- */
+
+enum {
+    LFLARE_MASK_SIZE = 512,         /* of an iris's mask */
+    LFLARE_MAX_MASK = 4096,         /* of a caller's image for it, either way */
+    LFLARE_MAX_MARKS = 4096,        /* specks of dust, or scratches */
+    LFLARE_STARBURST_ROWS = 160,    /* distances, LFLARE_STARBURST_OCTAVE to a doubling, from 1/4 on */
+    LFLARE_STARBURST_OCTAVE = 16,
+    LFLARE_STARBURST_BINS = 512,    /* angles of half a turn: the other half is the same */
+    LFLARE_STARBURST_LEVELS = 7,    /* of blur: none; over about a bin; then each twice as far, in half as many bins */
+    LFLARE_STARBURST_COLUMNS = 1536,/* all levels' bins with their neighbours round the corner, then the row's mean twice */
+    LFLARE_STARBURST_SIZES = 15,    /* radii of discs, doubling, from 1/8 on */
+    LFLARE_STARBURST_SAMPLES = 193  /* of a disc, from its middle to 6 radii, 32 to a radius */
+};
+
+/* What stands in the iris besides its blades. All zeroes: nothing. */
+typedef struct lflare_mask_desc {
+    const float *pixels;      /* grey image of the share of power that passes, 0 to 1, top row first; its longer side spans the iris's
+                                 circumscribed circle, beyond the shorter one nothing passes. NULL: none */
+    int32_t width, height;    /* at most LFLARE_MAX_MASK */
+    int32_t dust_count;       /* round specks */
+    float dust_size;          /* mean radius, in radii of the iris; 0 = 0.01 */
+    int32_t scratch_count;
+    float scratch_length;     /* mean, in radii; 0 = 0.5 */
+    float scratch_width;      /* 0 = 0.006 */
+    float scratch_angle, scratch_spread; /* mean direction and how far it varies either way, radians; spread 0 = all alike, pi/2 = any */
+    float grating_lines;      /* across the iris; 0 = none */
+    float grating_depth, grating_angle; /* share of power that a line takes away; direction across the lines */
+    uint32_t seed;            /* of dust and scratches: the same seed, the same marks */
+} lflare_mask_desc;
+
+/* Whether such a mask can be made; error (may be NULL) says what is wrong. Reads every pixel. */
+LFLARE_API lflare_result lflare_mask_check(const lflare_mask_desc *desc, lflare_error *error);
+
+/* Rows begin <= row < end (from -y up) of the mask of a checked desc, LFLARE_MASK_SIZE bytes each, into out, which is row 0. 255 =
+   all passes. About 5 us a row, and 1 ns a pixel of the image that falls on it. */
+LFLARE_API void lflare_mask_rows(const lflare_mask_desc *desc, uint8_t *out, int32_t begin, int32_t end);
+
+/* Puts a whole mask into an iris that has none, which points to it from then on and whose open area it reduces.
+   LFLARE_ERROR_ARGUMENT if nothing passes. */
+LFLARE_API lflare_result lflare_iris_set_mask(lflare_iris *iris, const uint8_t *mask);
+
+/* The image that a point of light gets from diffraction at an iris (Fraunhofer; H 3.3, P 9), for white light of the same power at all
+   wavelengths, linear sRGB, of flux 1 in each channel. Lengths are in units of 550 nm times the f-number (EFL over the diameter of
+   the entrance pupil's circumscribed circle), so that one table serves all f-numbers. It holds the mean over angles of each
+   distance, what angles differ from it by, and discs convolved with the mean. */
+typedef struct lflare_starburst {
+    float *angular;           /* [ROWS][COLUMNS][4] */
+    float *radial;            /* [SIZES][SAMPLES][4]: square roots of the flux within a disc of the blur's radius */
+    float tail[3];            /* mean times distance^3 where the table ends, and on */
+    float peak;               /* of an angle over the mean, anywhere */
+    int32_t size;             /* of the transform */
+    uint64_t key;             /* of the iris's shape; 0 = not made */
+} lflare_starburst;
+
+/* Floats of its two tables, to be allocated as one block. */
+#define LFLARE_STARBURST_FLOATS \
+    ((size_t)4 * (LFLARE_STARBURST_ROWS * LFLARE_STARBURST_COLUMNS + LFLARE_STARBURST_SIZES * LFLARE_STARBURST_SAMPLES))
+
+/* Under way. Plain data; its contents are the library's. */
+typedef struct lflare_starburst_job {
+    const lflare_iris *iris;
+    lflare_starburst *out;
+    float *amplitude, *core, *half, *power, *line, *spectrum, *raw, *row; /* working memory */
+    int32_t size, across, phase, next;
+    float kernel[LFLARE_WAVELENGTHS][20];
+    double energy, flux[LFLARE_WAVELENGTHS];
+} lflare_starburst_job;
+
+/* Tells irises apart that need different starbursts: by shape, not by radius. Never 0. 50 us with a mask. */
+LFLARE_API uint64_t lflare_starburst_key(const lflare_iris *iris);
+
+/* Bytes of working memory for a transform of size x size, a power of two from 512 to 4096, of which the iris spans half: its detail
+   reaches to 0.35 times that half, farther out the pattern goes on as it ends. 1024: 5.2 MB. 0 for other sizes. */
+LFLARE_API size_t lflare_starburst_bytes(int32_t size);
+
+/* Begins; `tables` holds LFLARE_STARBURST_FLOATS, `work` as many bytes as above; both and the iris must stay until the last step. Then
+   step, `slices` of at most 0.2 ms at a time (size 1024), until it no longer returns LFLARE_INCOMPLETE. */
+LFLARE_API lflare_result lflare_starburst_begin(const lflare_iris *iris, int32_t size, float *tables, void *work, lflare_starburst *out,
+                                                lflare_starburst_job *job);
+LFLARE_API lflare_result lflare_starburst_step(lflare_starburst_job *job, int32_t slices);
+
+/* Irradiance at a distance (x, y) from the light's image, of a point of light blurred by a disc of radius `blur` > 0; all in the
+   table's units. About 60 ns. */
+LFLARE_API void lflare_starburst_at(const lflare_starburst *starburst, float x, float y, float blur, float *rgb);
 
 /* ---- trace (not with LFLARE_NO_TRACE) ---- */
 
@@ -589,6 +681,15 @@ typedef struct lflare_override {
                        distance of the light's own image */
 } lflare_override;
 
+/* The horizontal streak of anamorphic lenses, an element of its own and the artist's: it has no place in a rotationally symmetric
+   lens. All zeroes: none. */
+typedef struct lflare_streak {
+    float share;               /* of the light's flux through the entrance pupil that goes into it */
+    float length;              /* from end to end, in widths of the sensor; 0 = 2 */
+    float thickness;           /* likewise; 0 = 0.004 */
+    float tint[3];             /* all 0 = white */
+} lflare_streak;
+
 /* All zeroes is the lens as it is: full opening, round iris, every ghost, normalised exposure. */
 typedef struct lflare_settings {
     double fnumber;
@@ -601,6 +702,13 @@ typedef struct lflare_settings {
     int32_t ghost_budget;      /* most ghosts per light, strongest first; 0 = all */
     float min_flux;            /* leaves out ghosts whose peak flux is below this fraction of all ghosts' sum */
     int32_t paper_clipping;    /* 1: only front rim and iris clip, as in Lee & Eisemann 2013 */
+    float iris_softness;       /* edges of the iris fade over so much on either side, in its radii: 0 to 0.5 */
+    lflare_mask_desc mask;     /* what stands in the iris besides; its image is read until configure is complete */
+    int32_t no_starburst;
+    int32_t starburst_size;    /* of its transform: see lflare_starburst_bytes; 0 = 1024 */
+    float starburst_scale;     /* of its size, its flux kept; 0 = 1, as it is */
+    float starburst_ev;        /* stops of its brightness */
+    lflare_streak streak;
     const lflare_override *overrides; /* read during configure only */
     int32_t override_count;
 } lflare_settings;
@@ -657,6 +765,7 @@ typedef struct lflare_tables {
     float *rims;            /* [ghost_count * LFLARE_MAX_RIMS * LFLARE_RIM_FLOATS] */
     float *film;            /* [surface_count * LFLARE_FILM_SAMPLES * 4] */
     float *index;           /* [surface_count * 4]: behind each surface, 0 */
+    float *transmission;    /* [LFLARE_WAVELENGTHS]: of the lens for the light's own image, on its axis */
     const uint8_t *fit;     /* checked; NULL: there is none */
     /* settings: filled by lflare_tables_configure_* */
     float *field;           /* [ghost_count * LFLARE_FIELD_SAMPLES * LFLARE_FIELD_FLOATS] */
@@ -671,7 +780,12 @@ typedef struct lflare_tables {
     float exposure;         /* gain on the lights' colour */
     float mean_irradiance;  /* over the frame, of a light of 1 at the exposure's reference, without exposure */
     float fnumber;          /* effective */
-    lflare_iris iris;
+    lflare_iris iris;       /* a mask: set by the caller between configure_begin and configure_range */
+    const lflare_starburst *starburst; /* NULL = none; set by the caller before configure_end */
+    float starburst_unit;   /* of its distances on the sensor, mm */
+    float starburst_gain[LFLARE_WAVELENGTHS]; /* irradiance on the sensor, for a light of 1, over what lflare_starburst_at gives */
+    float streak_gain[LFLARE_WAVELENGTHS];    /* flux in the streak for a light of 1, mm^2 */
+    float streak_half[2];   /* half of length and thickness, mm; 0 = none */
     uint64_t lens_hash, settings_hash, mesh_hash; /* of head and rims; of field and style; of what the meshes come from; by
                                configure_end: upload anew what changed */
 } lflare_tables;
@@ -709,7 +823,8 @@ typedef struct lflare_frame_light {
     float irradiance[3];   /* color (1 - occlusion) cos(theta), exposure applied */
     int32_t source;        /* index among the caller's lights */
     int32_t flags;
-    float reserved[2];
+    float starburst;       /* how far from the image the starburst is drawn, mm; 0 = not at all */
+    float streak;          /* half its length, mm; 0 = none */
 } lflare_frame_light;
 
 typedef struct lflare_instance {
@@ -800,6 +915,10 @@ typedef struct lflare_image {
     ptrdiff_t stride;   /* floats from one row to the next; 0 = 4 * width. A view inside a larger target: its stride */
     int32_t bottom_up;  /* 1: row 0 is the bottom of the picture */
 } lflare_image;
+
+/* Adds the starbursts and streaks of a frame's lights to rows begin <= y < end of the picture. 0.1 us a pixel and light. */
+LFLARE_API lflare_result lflare_software_starbursts(const lflare_tables *tables, const lflare_frame_data *frame, const lflare_image *image, int32_t begin,
+                                                    int32_t end);
 
 /* Draws rows begin <= y < end of the picture (0 at the top) from footprints[count]. Different rows may be drawn by
    different threads. Allocates nothing, uses 50 KB of stack. */
@@ -901,8 +1020,9 @@ typedef struct lflare_desc {
 LFLARE_API lflare_result lflare_create(const lflare_desc *desc, lflare **out, lflare_error *error);
 LFLARE_API void lflare_destroy(lflare *flare); /* NULL is fine */
 
-/* New settings at once, or in steps: begin, then step (each `ghosts` at a time) until it stops returning
-   LFLARE_INCOMPLETE. Frames use the old tables until then; the step that completes them empties the last frame, so step before
+/* New settings at once, or in steps: begin, then step (each of as many ghosts, or slices of mask and starburst) until it stops
+   returning LFLARE_INCOMPLETE; a failed allocation ends it and leaves the tables in use as they are. The starburst is made anew only
+   if the iris's shape is neither the one in use nor the one before: an f-number alone does not change it. Frames use the old tables until then; the step that completes them empties the last frame, so step before
    lflare_frame, not after. A begin before that starts over. Overrides are copied. */
 LFLARE_API lflare_result lflare_configure(lflare *flare, const lflare_settings *settings, lflare_error *error);
 LFLARE_API lflare_result lflare_configure_begin(lflare *flare, const lflare_settings *settings, lflare_error *error);
@@ -2587,7 +2707,795 @@ LFLARE_API lflare_result lflare_iris_make(const lflare_lens *lens, double fnumbe
     return LFLARE_OK;
 }
 
-/* >> 9 aberration */
+/* -- edges -- */
+
+LFLARE_API float lflare_edge_coverage(float t)
+{
+    t = lflare__minf(lflare__maxf(t, -1), 1);
+    return 0.5f + t * (0.75f - 0.25f * t * t);
+}
+
+/* The two edges that cut most at a point, with their inward normals. */
+typedef struct lflare__cuts {
+    float c[2], nx[2], ny[2];
+} lflare__cuts;
+
+static void lflare__cut(lflare__cuts *cuts, float coverage, float nx, float ny)
+{
+    int32_t at = coverage < cuts->c[0] ? 0 : 1;
+    if (coverage >= cuts->c[1]) return;
+    if (at == 0) {
+        cuts->c[1] = cuts->c[0];
+        cuts->nx[1] = cuts->nx[0];
+        cuts->ny[1] = cuts->ny[0];
+    }
+    cuts->c[at] = coverage;
+    cuts->nx[at] = nx;
+    cuts->ny[at] = ny;
+}
+
+static void lflare__cut_circle(lflare__cuts *cuts, float ax, float ay, float radius, float soft, float sign)
+{
+    float length = sqrtf(ax * ax + ay * ay), t = (radius - length) / soft, inv;
+    if (t >= 1) return;
+    inv = -sign / lflare__maxf(length, 1e-20f);
+    lflare__cut(cuts, lflare_edge_coverage(t), ax * inv, ay * inv);
+}
+
+/* Two soft half planes whose normals enclose an angle of cosine rho: the mixture of "independent" and "one and the same"
+   (or "opposite") that keeps the area, since the covariance of the edges' shifts is rho (Hoeffding's formula). */
+static float lflare__both(const lflare__cuts *cuts)
+{
+    float a = cuts->c[0], b = cuts->c[1], rho, product = a * b;
+    if (b >= 1 || a <= 0) return a;
+    rho = lflare__minf(lflare__maxf(cuts->nx[0] * cuts->nx[1] + cuts->ny[0] * cuts->ny[1], -1), 1);
+    return rho > 0 ? product + rho * (a - product) : product - rho * (lflare__maxf(a + b - 1, 0) - product);
+}
+
+/* What the blades, or the circumscribed circle, leave of a point. */
+static float lflare__iris_outline(const lflare_iris *iris, float x, float y, float soft)
+{
+    lflare__cuts cuts = {{1, 1}, {0, 0}, {0, 0}};
+    int32_t i;
+    soft = sqrtf(soft * soft + iris->softness * iris->softness) + 1e-7f;
+    if (iris->blade_count == 0) lflare__cut_circle(&cuts, x, y, 1, soft, 1);
+    for (i = 0; i < iris->blade_count; i++) {
+        const lflare_blade *b = &iris->blades[i];
+        float t = (b->distance - b->nx * x - b->ny * y) / soft;
+        if (b->arc > 0) lflare__cut_circle(&cuts, x + b->nx * b->distance, y + b->ny * b->distance, b->arc, soft, 1);
+        else if (t < 1) lflare__cut(&cuts, lflare_edge_coverage(t), -b->nx, -b->ny);
+    }
+    return lflare__both(&cuts);
+}
+
+/* What the mask leaves of a point, between its texels linearly; 0 beyond it, 1 without one. */
+static float lflare__iris_mask(const lflare_iris *iris, float x, float y)
+{
+    const float half = 0.5f * LFLARE_MASK_SIZE;
+    float fx = lflare__minf(lflare__maxf((x + 1) * half - 0.5f, 0), LFLARE_MASK_SIZE - 1.001f), fy = lflare__minf(lflare__maxf((y + 1) * half - 0.5f, 0), LFLARE_MASK_SIZE - 1.001f), low, high;
+    const uint8_t *at;
+    if (iris->mask == NULL) return 1;
+    at = iris->mask + (size_t)fy * LFLARE_MASK_SIZE + (size_t)fx;
+    fx -= floorf(fx);
+    fy -= floorf(fy);
+    low = (float)at[0] + fx * (float)(at[1] - at[0]);
+    high = (float)at[LFLARE_MASK_SIZE] + fx * (float)(at[LFLARE_MASK_SIZE + 1] - at[LFLARE_MASK_SIZE]);
+    return (low + fy * (high - low)) / 255;
+}
+
+LFLARE_API float lflare_iris_transmission(const lflare_iris *iris, float x, float y, float soft)
+{
+    float open = lflare__iris_outline(iris, x, y, soft);
+    return open > 0 ? open * lflare__iris_mask(iris, x, y) : 0;
+}
+
+/* Tells two arrays of rows apart by content: addresses and counters come again when objects do. Even numbers of floats. */
+static uint64_t lflare__hash(const float *a, size_t a_count, const float *b, size_t b_count)
+{
+    uint64_t hash = 0, word;
+    size_t i;
+    for (i = 0; i < a_count + b_count; i += 2) {
+        memcpy(&word, i < a_count ? a + i : b + (i - a_count), sizeof word);
+        hash = (hash ^ word) * 0x9E3779B97F4A7C15u;
+        hash ^= hash >> 32;
+    }
+    return hash;
+}
+
+/* >> 9 diffraction */
+#ifndef LFLARE_NO_DIFFRACTION
+
+/* -- the mask: what stands in the iris besides its blades -- */
+
+LFLARE_API lflare_result lflare_mask_check(const lflare_mask_desc *d, lflare_error *error)
+{
+    float sum, open = 0;
+    size_t i, count;
+    if (error != NULL) memset(error, 0, sizeof *error);
+    if (d == NULL) return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "no mask given");
+    if (d->dust_count < 0 || d->dust_count > LFLARE_MAX_MARKS || d->scratch_count < 0 || d->scratch_count > LFLARE_MAX_MARKS)
+        return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "mask: 0 to %i specks of dust and as many scratches", (int)LFLARE_MAX_MARKS);
+    sum = d->dust_size + d->scratch_length + d->scratch_width;
+    if (!lflare__finite((double)(sum + d->scratch_angle + d->scratch_spread + d->grating_angle)) || d->dust_size < 0 || d->scratch_length < 0 ||
+        d->scratch_width < 0 || d->scratch_spread < 0 || sum > 6 || !(d->grating_lines >= 0 && d->grating_lines <= LFLARE_MASK_SIZE / 4) ||
+        !(d->grating_depth >= 0 && d->grating_depth <= 1))
+        return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "mask: sizes are 0 to 2 radii, a grating has 0 to %i lines of depth 0 to 1", (int)LFLARE_MASK_SIZE / 4);
+    if (d->pixels == NULL) return LFLARE_OK;
+    if (d->width < 1 || d->height < 1 || d->width > LFLARE_MAX_MASK || d->height > LFLARE_MAX_MASK)
+        return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "the mask's image is %i x %i; give 1 to %i either way", d->width, d->height, (int)LFLARE_MAX_MASK);
+    count = (size_t)d->width * (size_t)d->height;
+    for (i = 0; i < count; i++) {
+        if (!(d->pixels[i] >= 0 && d->pixels[i] <= 1))
+            return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "the mask's pixel %i, %i is %g; give the share of power that passes, 0 to 1",
+                                (int32_t)(i % (size_t)d->width), (int32_t)(i / (size_t)d->width), (double)d->pixels[i]);
+        open = lflare__maxf(open, d->pixels[i]);
+    }
+    return open > 0 ? LFLARE_OK : lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "the mask is black: nothing passes");
+}
+
+/* Mean of the image over the square of half width `half` around (x, y), in radii. */
+static float lflare__mask_image(const lflare_mask_desc *d, double x, double y, double half)
+{
+    double longer = d->width > d->height ? d->width : d->height, sum = 0, area = 4 * half * half * 0.25 * longer * longer;
+    double x0 = 0.5 * (d->width + (x - half) * longer), x1 = x0 + half * longer, y0 = 0.5 * (d->height - (y + half) * longer), y1 = y0 + half * longer;
+    int32_t i, j, i0 = (int32_t)floor(lflare__max(x0, 0)), j0 = (int32_t)floor(lflare__max(y0, 0));
+    for (j = j0; j < d->height && j < y1; j++) {
+        double high = lflare__min(y1, j + 1.0) - lflare__max(y0, j), row = 0;
+        for (i = i0; i < d->width && i < x1; i++) row += (double)d->pixels[(size_t)j * (size_t)d->width + (size_t)i] * (lflare__min(x1, i + 1.0) - lflare__max(x0, i));
+        sum += high * row;
+    }
+    return (float)(sum / area);
+}
+
+/* A random number from 0 to 1 that depends on its place alone. */
+static float lflare__random(uint32_t seed, uint32_t index)
+{
+    uint32_t h = seed * 0x9E3779B9u ^ (index * 0x85EBCA6Bu + 0xC2B2AE35u);
+    h = (h ^ h >> 16) * 0x7FEB352Du;
+    h = (h ^ h >> 15) * 0x846CA68Bu;
+    h ^= h >> 16;
+    return (float)(h >> 8) / 16777216.0f;
+}
+
+/* A capsule: a speck of dust has length 0. */
+typedef struct lflare__mark {
+    float x, y, dx, dy, half, radius, depth; /* middle, direction, half the length, half the width, share of power it takes */
+} lflare__mark;
+
+static void lflare__mark_make(const lflare_mask_desc *d, int32_t i, lflare__mark *m)
+{
+    int scratch = i >= d->dust_count;
+    uint32_t at = (uint32_t)i * 8 + (scratch ? 0x40000u - (uint32_t)d->dust_count * 8 : 0); /* more dust leaves scratches where they are */
+    float r = sqrtf(lflare__random(d->seed, at)), turn = 6.2831853f * lflare__random(d->seed, at + 1), size = 0.5f + lflare__random(d->seed, at + 2);
+    float angle = d->scratch_angle + d->scratch_spread * (2 * lflare__random(d->seed, at + 3) - 1);
+    m->x = r * cosf(turn);
+    m->y = r * sinf(turn);
+    m->dx = cosf(angle);
+    m->dy = sinf(angle);
+    m->half = scratch ? 0.5f * size * (d->scratch_length > 0 ? d->scratch_length : 0.5f) : 0;
+    m->radius = scratch ? 0.5f * (d->scratch_width > 0 ? d->scratch_width : 0.006f) : size * (d->dust_size > 0 ? d->dust_size : 0.01f);
+    m->depth = 0.6f + 0.4f * lflare__random(d->seed, at + 4);
+}
+
+/* What a mark leaves of a row. */
+static void lflare__mark_row(const lflare__mark *m, float y, float *row)
+{
+    const float texel = 2.0f / LFLARE_MASK_SIZE;
+    float ay = y - m->y, reach = m->radius + texel, span = m->half * fabsf(m->dx) + reach;
+    int32_t i, end;
+    if (fabsf(ay) > m->half * fabsf(m->dy) + reach) return;
+    i = (int32_t)lflare__clamp(((double)(m->x - span) + 1) / (double)texel, 0, LFLARE_MASK_SIZE);
+    end = (int32_t)lflare__clamp(((double)(m->x + span) + 1) / (double)texel + 1, 0, LFLARE_MASK_SIZE);
+    for (; i < end; i++) {
+        float ax = texel * ((float)i + 0.5f) - 1 - m->x, along = lflare__minf(lflare__maxf(ax * m->dx + ay * m->dy, -m->half), m->half);
+        float bx = ax - along * m->dx, by = ay - along * m->dy, t = (m->radius - sqrtf(bx * bx + by * by)) / texel;
+        /* thinner than a texel: what it covers of it */
+        if (t > -1) row[i] *= 1 - m->depth * lflare__minf(lflare_edge_coverage(t), 2 * m->radius / texel);
+    }
+}
+
+LFLARE_API void lflare_mask_rows(const lflare_mask_desc *d, uint8_t *out, int32_t begin, int32_t end)
+{
+    const double texel = 2.0 / LFLARE_MASK_SIZE;
+    float row[LFLARE_MASK_SIZE];
+    lflare__mark mark;
+    int32_t i, j;
+    for (j = begin; j < end; j++) {
+        double y = texel * (j + 0.5) - 1;
+        for (i = 0; i < LFLARE_MASK_SIZE; i++) {
+            double x = texel * (i + 0.5) - 1, phase;
+            row[i] = d->pixels != NULL ? lflare__mask_image(d, x, y, 0.5 * texel) : 1;
+            if (!(d->grating_lines > 0)) continue;
+            phase = 0.5 * (double)d->grating_lines * (x * cos((double)d->grating_angle) + y * sin((double)d->grating_angle));
+            phase = 4 * fabs(phase - floor(phase) - 0.5) - 1; /* a triangle from -1 to 1; lines are half a period wide */
+            row[i] *= 1 - d->grating_depth * lflare_edge_coverage((float)(phase / (2 * (double)d->grating_lines * texel)));
+        }
+        for (i = 0; i < d->dust_count + d->scratch_count; i++) {
+            lflare__mark_make(d, i, &mark);
+            lflare__mark_row(&mark, (float)y, row);
+        }
+        for (i = 0; i < LFLARE_MASK_SIZE; i++) out[(size_t)j * LFLARE_MASK_SIZE + (size_t)i] = (uint8_t)(255 * row[i] + 0.5f);
+    }
+}
+
+LFLARE_API lflare_result lflare_iris_set_mask(lflare_iris *iris, const uint8_t *mask)
+{
+    const float texel = 2.0f / LFLARE_MASK_SIZE;
+    double open = 0, all = 0;
+    int32_t i, j;
+    if (iris == NULL || mask == NULL || iris->mask != NULL) return LFLARE_ERROR_ARGUMENT;
+    for (j = 0; j < LFLARE_MASK_SIZE; j++)
+        for (i = 0; i < LFLARE_MASK_SIZE; i++) {
+            double within = (double)lflare_iris_transmission(iris, texel * ((float)i + 0.5f) - 1, texel * ((float)j + 0.5f) - 1, texel);
+            all += within;
+            open += within * mask[(size_t)j * LFLARE_MASK_SIZE + (size_t)i] / 255;
+        }
+    if (!(open > 1e-6 * all)) return LFLARE_ERROR_ARGUMENT;
+    iris->mask = mask;
+    iris->area *= (float)(open / all);
+    return LFLARE_OK;
+}
+
+/* -- the Fourier transform -- */
+
+/* Roots of unity e^(-2 pi i k / n), n complex numbers. */
+static void lflare__roots(float *roots, int32_t n)
+{
+    int32_t k;
+    for (k = 0; k < n; k++) {
+        double angle = -2 * LFLARE__PI * k / n;
+        roots[2 * k] = (float)cos(angle);
+        roots[2 * k + 1] = (float)sin(angle);
+    }
+}
+
+/* Forward transform of n = 2^k complex numbers, unscaled: Stockham's, radix 4, so that no digits need reversing. `data` and `other` are
+   n complex numbers each; returns whichever holds the result. */
+static float *lflare__fft(float *data, float *other, const float *roots, int32_t n)
+{
+    int32_t s = 1, m, p, q, rest = n;
+    for (; rest >= 4; rest /= 4, s *= 4) {
+        float *x = data, *y = other;
+        m = rest / 4;
+        for (p = 0; p < m; p++) {
+            const float *w1 = roots + 2 * p * s, *w2 = roots + 4 * p * s, *w3 = roots + 6 * p * s;
+            const float *a = x + 2 * s * p, *b = a + 2 * s * m, *c = b + 2 * s * m, *d = c + 2 * s * m;
+            float *out = y + 8 * s * p;
+            for (q = 0; q < 2 * s; q += 2) {
+                float sr = a[q] + c[q], si = a[q + 1] + c[q + 1], dr = a[q] - c[q], di = a[q + 1] - c[q + 1];
+                float tr = b[q] + d[q], ti = b[q + 1] + d[q + 1], ur = b[q + 1] - d[q + 1], ui = d[q] - b[q]; /* -i (b - d) */
+                float er = dr + ur, ei = di + ui, fr = sr - tr, fi = si - ti, gr = dr - ur, gi = di - ui;
+                out[q] = sr + tr;
+                out[q + 1] = si + ti;
+                out[q + 2 * s] = er * w1[0] - ei * w1[1];
+                out[q + 2 * s + 1] = er * w1[1] + ei * w1[0];
+                out[q + 4 * s] = fr * w2[0] - fi * w2[1];
+                out[q + 4 * s + 1] = fr * w2[1] + fi * w2[0];
+                out[q + 6 * s] = gr * w3[0] - gi * w3[1];
+                out[q + 6 * s + 1] = gr * w3[1] + gi * w3[0];
+            }
+        }
+        data = y;
+        other = x;
+    }
+    if (rest == 2) {
+        for (q = 0; q < 2 * s; q++) {
+            float a = data[q], b = data[q + 2 * s];
+            other[q] = a + b;
+            other[q + 2 * s] = a - b;
+        }
+        return other;
+    }
+    return data;
+}
+
+/* -- power spectrum of a real picture: across x across amplitudes within n x n, of which columns 0..columns-1 and rows up to the
+   same are kept; the other half plane is the same turned round -- */
+
+typedef struct lflare__transform {
+    const float *amplitude;
+    float *half, *power, *line, *roots; /* across x columns complex; columns x (2 columns - 1); 2 n complex; n complex */
+    int32_t across, n, columns;
+} lflare__transform;
+
+/* Rows 2 pair and 2 pair + 1, transformed as the two parts of one. */
+static void lflare__transform_rows(const lflare__transform *t, int32_t pair)
+{
+    const float *a = t->amplitude + (size_t)(2 * pair) * (size_t)t->across, *b = a + t->across, *z;
+    float *out = t->half + 4 * (size_t)pair * (size_t)t->columns, *below = out + 2 * t->columns;
+    int32_t i;
+    memset(t->line, 0, sizeof(float) * 2 * (size_t)t->n);
+    for (i = 0; i < t->across; i++) {
+        t->line[2 * i] = a[i];
+        t->line[2 * i + 1] = b[i];
+    }
+    z = lflare__fft(t->line, t->line + 2 * t->n, t->roots, t->n);
+    for (i = 0; i < t->columns; i++) {
+        const float *u = z + 2 * i, *v = z + 2 * (i > 0 ? t->n - i : 0);
+        out[2 * i] = 0.5f * (u[0] + v[0]);
+        out[2 * i + 1] = 0.5f * (u[1] - v[1]);
+        below[2 * i] = 0.5f * (u[1] + v[1]);
+        below[2 * i + 1] = 0.5f * (v[0] - u[0]);
+    }
+}
+
+static void lflare__transform_column(const lflare__transform *t, int32_t column)
+{
+    float *out = t->power + (size_t)column * (size_t)(2 * t->columns - 1), *z;
+    int32_t k;
+    for (k = 0; k < t->across; k++) {
+        const float *v = t->half + 2 * ((size_t)k * (size_t)t->columns + (size_t)column);
+        t->line[2 * k] = v[0];
+        t->line[2 * k + 1] = v[1];
+    }
+    memset(t->line + 2 * t->across, 0, sizeof(float) * 2 * (size_t)(t->n - t->across));
+    z = lflare__fft(t->line, t->line + 2 * t->n, t->roots, t->n);
+    for (k = 1 - t->columns; k < t->columns; k++) {
+        const float *v = z + 2 * (k < 0 ? k + t->n : k);
+        *out++ = v[0] * v[0] + v[1] * v[1];
+    }
+}
+
+static float lflare__power_at(const lflare__transform *t, int32_t x, int32_t y)
+{
+    if (x < 0) x = -x, y = -y;
+    return t->power[(size_t)x * (size_t)(2 * t->columns - 1) + (size_t)(y + t->columns - 1)];
+}
+
+/* Between its samples, linearly or, where rings are near the grid's size, by Catmull-Rom's cubics. */
+static float lflare__power_between(const lflare__transform *t, float x, float y, int cubic)
+{
+    float fx, fy, wx[4], wy[4], sum = 0;
+    int32_t i, j, ix, iy;
+    if (x < 0) x = -x, y = -y;
+    fx = floorf(x);
+    fy = floorf(y);
+    ix = (int32_t)fx;
+    iy = (int32_t)fy;
+    fx = x - fx;
+    fy = y - fy;
+    if (!cubic) {
+        float a = lflare__power_at(t, ix, iy), b = lflare__power_at(t, ix, iy + 1), c = lflare__power_at(t, ix + 1, iy), d = lflare__power_at(t, ix + 1, iy + 1);
+        a += fy * (b - a);
+        c += fy * (d - c);
+        return a + fx * (c - a);
+    }
+    for (i = 0; i < 2; i++) {
+        float f = i == 0 ? fx : fy, *w = i == 0 ? wx : wy;
+        w[0] = f * (-0.5f + f * (1 - 0.5f * f));
+        w[1] = 1 + f * f * (-2.5f + 1.5f * f);
+        w[2] = f * (0.5f + f * (2 - 1.5f * f));
+        w[3] = f * f * (-0.5f + 0.5f * f);
+    }
+    for (i = 0; i < 4; i++)
+        for (j = 0; j < 4; j++) sum += wx[i] * wy[j] * lflare__power_at(t, ix + i - 1, iy + j - 1);
+    return lflare__maxf(sum, 0);
+}
+
+/* -- colours -- */
+
+/* The CIE's standard observer of 1931, 380 to 780 nm in steps of 5 (CIE 15, colour matching functions), in 1e-6. */
+enum { LFLARE__CIE_COUNT = 81 };
+static const int32_t lflare__cie[3][LFLARE__CIE_COUNT] = {
+    {1368, 2236, 4243, 7650, 14310, 23190, 43510, 77630, 134380, 214770, 283900, 328500, 348280, 348060, 336200, 318700,
+     290800, 251100, 195360, 142100, 95640, 57950, 32010, 14700, 4900, 2400, 9300, 29100, 63270, 109600, 165500, 225750,
+     290400, 359700, 433450, 512050, 594500, 678400, 762100, 842500, 916300, 978600, 1026300, 1056700, 1062200, 1045600,
+     1002600, 938400, 854450, 751400, 642400, 541900, 447900, 360800, 283500, 218700, 164900, 121200, 87400, 63600, 46770,
+     32900, 22700, 15840, 11359, 8111, 5790, 4109, 2899, 2049, 1440, 1000, 690, 476, 332, 235, 166, 117, 83, 59, 42},
+    {39, 64, 120, 217, 396, 640, 1210, 2180, 4000, 7300, 11600, 16840, 23000, 29800, 38000, 48000, 60000, 73900, 90980, 112600,
+     139020, 169300, 208020, 258600, 323000, 407300, 503000, 608200, 710000, 793200, 862000, 914850, 954000, 980300, 994950,
+     1000000, 995000, 978600, 952000, 915400, 870000, 816300, 757000, 694900, 631000, 566800, 503000, 441200, 381000, 321000,
+     265000, 217000, 175000, 138200, 107000, 81600, 61000, 44580, 32000, 23200, 17000, 11920, 8210, 5723, 4102, 2929, 2091,
+     1484, 1047, 740, 520, 361, 249, 172, 120, 85, 60, 42, 30, 21, 15},
+    {6450, 10550, 20050, 36210, 67850, 110200, 207400, 371300, 645600, 1039050, 1385600, 1622960, 1747060, 1782600, 1772110,
+     1744100, 1669200, 1528100, 1287640, 1041900, 812950, 616200, 465180, 353300, 272000, 212300, 158200, 111700, 78250, 57250,
+     42160, 29840, 20300, 13400, 8750, 5750, 3900, 2750, 2100, 1800, 1650, 1400, 1100, 1000, 800, 600, 340, 240, 190, 100, 50,
+     30, 20, 10, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}
+};
+
+static const double lflare__to_srgb[3][3] = {{3.2404542, -1.5371385, -0.4985314}, {-0.9692660, 1.8760108, 0.0415560}, {0.0556434, -0.2040259, 1.0572252}};
+
+/* Linear sRGB of equal power at 380 + 5 i nm, each channel's sum over all being 1. */
+static double lflare__channel_weight(int32_t k, int32_t i)
+{
+    double value = 0, sum = 0;
+    int32_t j, c;
+    for (c = 0; c < 3; c++)
+        for (j = 0; j < LFLARE__CIE_COUNT; j++) {
+            double part = lflare__to_srgb[k][c] * lflare__cie[c][j];
+            sum += part;
+            if (j == i) value += part;
+        }
+    return value / sum;
+}
+
+/* -- the starburst -- */
+
+enum {
+    LFLARE__CORE_SHRINK = 8,   /* the middle is transformed again from a picture shrunk by this, padded 16 times */
+    LFLARE__CORE_REACH = 8,    /* and used up to this distance */
+    LFLARE__MARGIN = 4         /* texels beside the iris in the picture that is transformed */
+};
+static const double lflare__starburst_first = 0.25, lflare__starburst_nm = 550;
+
+enum {
+    LFLARE__BURST_PICTURE, LFLARE__BURST_ROWS, LFLARE__BURST_COLUMNS, LFLARE__BURST_POLAR, LFLARE__BURST_CORE_ROWS, LFLARE__BURST_CORE_COLUMNS,
+    LFLARE__BURST_CORE_POLAR, LFLARE__BURST_FOLD, LFLARE__BURST_RADIAL, LFLARE__BURST_DONE
+};
+
+static double lflare__row_distance(double row) { return lflare__starburst_first * exp2(row / LFLARE_STARBURST_OCTAVE); }
+static int32_t lflare__row_at(double distance) { return (int32_t)floor(LFLARE_STARBURST_OCTAVE * log2(distance / lflare__starburst_first)); }
+
+static int32_t lflare__level_bins(int32_t level) { return level == 0 ? LFLARE_STARBURST_BINS : 2 * LFLARE_STARBURST_BINS >> level; }
+
+/* Where a level's bins begin in a row. */
+static int32_t lflare__level_first(int32_t level)
+{
+    int32_t first = 1, i;
+    for (i = 0; i < level; i++) first += lflare__level_bins(i) + 2;
+    return first;
+}
+
+/* The transform of the whole picture, or of its middle. */
+static lflare__transform lflare__burst_transform(const lflare_starburst_job *job, int core)
+{
+    lflare__transform t;
+    t.amplitude = core ? job->core : job->amplitude;
+    t.across = core ? job->across / LFLARE__CORE_SHRINK : job->across;
+    t.n = core ? 16 * t.across : job->size;
+    t.columns = core ? 16 * LFLARE__CORE_REACH + 16 : (int32_t)(0.37 * job->size);
+    t.half = job->half;
+    t.power = job->power;
+    t.line = job->line;
+    t.roots = job->spectrum;
+    return t;
+}
+
+/* How far the picture's detail reaches. */
+static double lflare__burst_reach(const lflare_starburst_job *job) { return 0.35 * (job->across - LFLARE__MARGIN); }
+
+LFLARE_API uint64_t lflare_starburst_key(const lflare_iris *iris)
+{
+    float shape[4 + 4 * LFLARE_MAX_BLADES];
+    uint64_t key, part;
+    size_t i;
+    memset(shape, 0, sizeof shape);
+    shape[0] = (float)iris->blade_count;
+    shape[1] = iris->softness;
+    memcpy(shape + 4, iris->blades, sizeof(lflare_blade) * (size_t)iris->blade_count);
+    key = lflare__hash(shape, 4 + 4 * LFLARE_MAX_BLADES, NULL, 0);
+    for (i = 0; iris->mask != NULL && i < (size_t)LFLARE_MASK_SIZE * LFLARE_MASK_SIZE; i += sizeof part) {
+        memcpy(&part, iris->mask + i, sizeof part);
+        key = (key ^ part) * 0x9E3779B97F4A7C15u;
+        key ^= key >> 32;
+    }
+    return key | 1;
+}
+
+LFLARE_API size_t lflare_starburst_bytes(int32_t size)
+{
+    size_t across = (size_t)size / 2, columns, core = 16 * LFLARE__CORE_REACH + 16, floats;
+    if (size < 512 || size > 4096 || (size & (size - 1)) != 0) return 0;
+    columns = (size_t)(0.37 * size);
+    if (columns < core) columns = core;
+    floats = across * across + across * across / (LFLARE__CORE_SHRINK * LFLARE__CORE_SHRINK); /* pictures */
+    floats += 2 * columns * across + columns * (2 * columns - 1); /* their transforms */
+    floats += 6 * (size_t)size; /* lines, roots */
+    floats += (LFLARE_STARBURST_ROWS + 16) * (size_t)LFLARE_STARBURST_BINS + 4 * LFLARE_STARBURST_BINS;
+    return sizeof(float) * floats;
+}
+
+LFLARE_API lflare_result lflare_starburst_begin(const lflare_iris *iris, int32_t size, float *tables, void *work, lflare_starburst *out,
+                                                lflare_starburst_job *job)
+{
+    size_t across = (size_t)size / 2, columns, core = 16 * LFLARE__CORE_REACH + 16;
+    float *at = (float *)work;
+    int32_t i, k;
+    if (iris == NULL || tables == NULL || work == NULL || out == NULL || job == NULL || lflare_starburst_bytes(size) == 0) return LFLARE_ERROR_ARGUMENT;
+    memset(job, 0, sizeof *job);
+    memset(out, 0, sizeof *out);
+    out->angular = tables;
+    out->radial = tables + (size_t)4 * LFLARE_STARBURST_ROWS * LFLARE_STARBURST_COLUMNS;
+    job->iris = iris;
+    job->out = out;
+    job->size = out->size = size;
+    job->across = size / 2;
+    columns = (size_t)(0.37 * size);
+    if (columns < core) columns = core;
+    job->amplitude = at;
+    job->core = at += across * across;
+    job->half = at += across * across / (LFLARE__CORE_SHRINK * LFLARE__CORE_SHRINK);
+    job->power = at += 2 * columns * across;
+    job->line = at += columns * (2 * columns - 1);
+    job->spectrum = at += 4 * size;
+    job->raw = at += 2 * size;
+    job->row = at + (LFLARE_STARBURST_ROWS + 16) * (size_t)LFLARE_STARBURST_BINS;
+    memset(job->core, 0, sizeof(float) * (across * across / (LFLARE__CORE_SHRINK * LFLARE__CORE_SHRINK)));
+    lflare__roots(job->spectrum, size);
+    for (i = 0; i < LFLARE__CIE_COUNT; i++) {
+        double ratio = (380 + 5.0 * i) / lflare__starburst_nm, shift = 9 - LFLARE_STARBURST_OCTAVE * log2(ratio);
+        int32_t whole = (int32_t)floor(shift);
+        for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
+            double weight = lflare__channel_weight(k, i) / (ratio * ratio);
+            job->kernel[k][whole] += (float)(weight * (whole + 1 - shift));
+            job->kernel[k][whole + 1] += (float)(weight * (shift - whole));
+        }
+    }
+    return LFLARE_OK;
+}
+
+/* Four rows of the picture: amplitudes, antialiased over a texel on either side. */
+static void lflare__burst_picture(lflare_starburst_job *job, int32_t slice)
+{
+    float texel = 2.0f / (float)(job->across - LFLARE__MARGIN), middle = 0.5f * (float)(job->across - 1);
+    int soft = job->iris->softness > 2 * texel;
+    int32_t i, j;
+    for (j = 4 * slice; j < 4 * slice + 4; j++) {
+        float *row = job->amplitude + (size_t)j * (size_t)job->across, *core = job->core + (size_t)(j / LFLARE__CORE_SHRINK) * (size_t)(job->across / LFLARE__CORE_SHRINK);
+        for (i = 0; i < job->across; i++) {
+            float x = texel * ((float)i - middle), y = texel * ((float)j - middle), power = lflare__iris_outline(job->iris, x, y, texel);
+            /* the mean amplitude of a texel that an edge crosses is the share that is open; elsewhere that of power is its square */
+            row[i] = (soft ? sqrtf(power) : power) * sqrtf(power > 0 ? lflare__iris_mask(job->iris, x, y) : 0);
+            core[i / LFLARE__CORE_SHRINK] += row[i];
+            job->energy += (double)row[i] * (double)row[i];
+        }
+    }
+}
+
+/* What the texel's antialiasing leaves of frequency `cycles` per texel: the transform of lflare_edge_coverage's density. */
+static double lflare__burst_response(double cycles)
+{
+    double x = 2 * LFLARE__PI * cycles;
+    return x > 1e-2 ? 3 * (sin(x) - x * cos(x)) / (x * x * x) : 1 - 0.1 * x * x;
+}
+
+/* One distance: means over cells of a sixteenth of an octave and a bin, as flux per area. */
+static void lflare__burst_polar(lflare_starburst_job *job, int32_t row, int core)
+{
+    lflare__transform t = lflare__burst_transform(job, core);
+    double texels = job->across - LFLARE__MARGIN, step = texels / ((core ? LFLARE__CORE_SHRINK : 1) * t.n); /* distance from sample to sample */
+    double low = lflare__row_distance(row - 0.5), high = lflare__row_distance(row + 0.5);
+    int32_t rings = (int32_t)ceil((high - low) / step), turns = (int32_t)ceil(high * LFLARE__PI / LFLARE_STARBURST_BINS / step), bin, i, j;
+    float *out = job->raw + (size_t)row * LFLARE_STARBURST_BINS, gains[64];
+    LFLARE_ASSERT(rings <= 64);
+    for (i = 0; i < rings; i++) {
+        double q = low + (high - low) * (i + 0.5) / rings, response = lflare__burst_response(q / texels), shrunk = LFLARE__PI * q * LFLARE__CORE_SHRINK / texels;
+        if (core) response *= sin(shrunk) / shrunk;
+        gains[i] = (float)(1 / (response * response * job->energy * texels * texels * rings * turns));
+    }
+    for (bin = 0; bin < LFLARE_STARBURST_BINS; bin++) {
+        float sum = 0;
+        for (j = 0; j < turns; j++) {
+            double angle = (bin + (j + 0.5) / turns) * LFLARE__PI / LFLARE_STARBURST_BINS;
+            float c = (float)(cos(angle) / step), s = (float)(sin(angle) / step);
+            for (i = 0; i < rings; i++) {
+                float q = (float)(low + (high - low) * (i + 0.5) / rings);
+                sum += gains[i] * lflare__power_between(&t, q * c, q * s, core);
+            }
+        }
+        out[bin] = sum;
+    }
+}
+
+/* Beyond the picture's detail power falls with the cube of the distance, as that of all edges does; angles stay as they are over
+   the last octave. */
+static void lflare__burst_extend(lflare_starburst_job *job)
+{
+    int32_t last = lflare__row_at(lflare__burst_reach(job)), first = last - LFLARE_STARBURST_OCTAVE + 1, row, bin;
+    for (bin = 0; bin < LFLARE_STARBURST_BINS; bin++) {
+        double mean = 0;
+        for (row = first; row <= last; row++) mean += (double)job->raw[(size_t)row * LFLARE_STARBURST_BINS + (size_t)bin] * pow(lflare__row_distance(row), 3) / LFLARE_STARBURST_OCTAVE;
+        for (row = last + 1; row < LFLARE_STARBURST_ROWS + 16; row++) job->raw[(size_t)row * LFLARE_STARBURST_BINS + (size_t)bin] = (float)(mean * pow(lflare__row_distance(row), -3));
+    }
+}
+
+/* The row's bins, means 1, on all levels: halved by (1 3 3 1) / 8 from the second on, then blurred by (1 4 6 4 1) / 16, which
+   ends in nearly Gaussians of 1.31 bins, linear interpolation included. */
+static void lflare__burst_levels(float *texels, int32_t k, float *scratch)
+{
+    static const float halving[4] = {0.125f, 0.375f, 0.375f, 0.125f}, blur[5] = {0.0625f, 0.25f, 0.375f, 0.25f, 0.0625f};
+    int32_t level, i, j;
+    for (level = 0; level < LFLARE_STARBURST_LEVELS; level++) {
+        int32_t count = lflare__level_bins(level), before = level > 0 ? lflare__level_bins(level - 1) : 0;
+        float *bins = texels + 4 * lflare__level_first(level) + k, *source = level > 0 ? texels + 4 * lflare__level_first(level - 1) + k : NULL;
+        for (i = 0; i < count && level > 0; i++) {
+            scratch[i] = level == 1 ? source[4 * i] : 0;
+            for (j = 0; j < 4 && level > 1; j++) scratch[i] += halving[j] * source[4 * ((2 * i + j - 1 + before) % before)];
+        }
+        for (i = 0; i < count && level > 0; i++) {
+            bins[4 * i] = 0;
+            for (j = 0; j < 5; j++) bins[4 * i] += blur[j] * scratch[(i + j - 2 + count) % count];
+        }
+        bins[-4] = bins[4 * (count - 1)];
+        bins[4 * count] = bins[0];
+    }
+}
+
+/* One distance in colour: the spectrum is a convolution over logarithms of the distance. */
+static void lflare__burst_fold(lflare_starburst_job *job, int32_t row)
+{
+    float *texels = job->out->angular + (size_t)4 * LFLARE_STARBURST_COLUMNS * (size_t)row, *bins = texels + 4;
+    double low = row > 0 ? lflare__row_distance(row - 0.5) : 0, high = lflare__row_distance(row + 0.5), q = lflare__row_distance(row);
+    int32_t k, i, j;
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
+        double mean = 0;
+        for (i = 0; i < LFLARE_STARBURST_BINS; i++) job->row[i] = 0;
+        for (j = 0; j < 20; j++) {
+            const float *raw = job->raw + (size_t)(row + j > 9 ? row + j - 9 : 0) * LFLARE_STARBURST_BINS;
+            for (i = 0; i < LFLARE_STARBURST_BINS && job->kernel[k][j] != 0; i++) job->row[i] += job->kernel[k][j] * raw[i];
+        }
+        for (i = 0; i < LFLARE_STARBURST_BINS; i++) {
+            job->row[i] = lflare__maxf(job->row[i], 0); /* pure colours that sRGB lacks */
+            mean += (double)job->row[i] / LFLARE_STARBURST_BINS;
+        }
+        for (i = 0; i < LFLARE_STARBURST_BINS; i++) {
+            float share = mean > 0 ? (float)((double)job->row[i] / mean) : 1;
+            bins[4 * i + k] = share;
+            job->out->peak = lflare__maxf(job->out->peak, share);
+        }
+        lflare__burst_levels(texels, k, job->row);
+        for (i = 1; i <= 2; i++) texels[4 * (LFLARE_STARBURST_COLUMNS - i) + k] = (float)(mean * (1 + q) * (1 + q) * (1 + q));
+        job->flux[k] += mean * LFLARE__PI * (high * high - low * low);
+    }
+    for (i = 0; i < LFLARE_STARBURST_COLUMNS; i++) texels[4 * i + 3] = 0;
+}
+
+static float *lflare__burst_mean(const lflare_starburst *s, int32_t row) { return s->angular + (size_t)4 * ((size_t)(row + 1) * LFLARE_STARBURST_COLUMNS - 1); }
+
+/* Flux 1 in each channel, what lies beyond the table included. */
+static void lflare__burst_normalise(lflare_starburst_job *job)
+{
+    double last = lflare__row_distance(LFLARE_STARBURST_ROWS - 1), end = lflare__row_distance(LFLARE_STARBURST_ROWS - 0.5);
+    int32_t row, k, i;
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
+        double tail = (double)lflare__burst_mean(job->out, LFLARE_STARBURST_ROWS - 1)[k] * pow(last / (1 + last), 3);
+        job->flux[k] += 2 * LFLARE__PI * tail / end;
+        job->out->tail[k] = (float)(tail / job->flux[k]);
+        for (row = 0; row < LFLARE_STARBURST_ROWS; row++)
+            for (i = 0; i < 2; i++) lflare__burst_mean(job->out, row)[k - 4 * i] /= (float)job->flux[k];
+    }
+}
+
+/* A quarter of the samples of one disc: the flux in it, over rings about the light's image of which it cuts out arcs. */
+static void lflare__burst_radial(lflare_starburst_job *job, int32_t slice)
+{
+    enum { QUARTER = (LFLARE_STARBURST_SAMPLES + 3) / 4, BEYOND = 80 };
+    const lflare_starburst *s = job->out;
+    int32_t size = slice / 4, i, row, k, part, end = (slice % 4 + 1) * QUARTER < LFLARE_STARBURST_SAMPLES ? (slice % 4 + 1) * QUARTER : LFLARE_STARBURST_SAMPLES;
+    double radius = ldexp(1, size - 3);
+    for (i = slice % 4 * QUARTER; i < end; i++) {
+        float *out = s->radial + 4 * ((size_t)size * LFLARE_STARBURST_SAMPLES + (size_t)i);
+        double distance = radius * i / 32, sum[LFLARE_WAVELENGTHS] = {0, 0, 0};
+        for (row = 0; row < LFLARE_STARBURST_ROWS + BEYOND; row++) {
+            double low = row > 0 ? lflare__row_distance(row - 0.5) : 0, high = lflare__row_distance(row + 0.5), share = 0, q;
+            if (low > distance + radius) break;
+            if (high < distance - radius) continue;
+            for (part = 0; part < 2; part++) {
+                double r = low + (high - low) * (0.25 + 0.5 * part), cosine = (r * r + distance * distance - radius * radius) / lflare__max(2 * r * distance, 1e-9);
+                share += cosine <= -1 ? 0.5 : cosine >= 1 ? 0 : 0.5 / LFLARE__PI * acos(cosine);
+            }
+            q = lflare__row_distance(row);
+            for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
+                double mean = row < LFLARE_STARBURST_ROWS ? (double)lflare__burst_mean(s, row)[k] / ((1 + q) * (1 + q) * (1 + q)) : (double)s->tail[k] / (q * q * q);
+                sum[k] += share * mean * LFLARE__PI * (high * high - low * low);
+            }
+        }
+        for (k = 0; k < LFLARE_WAVELENGTHS; k++) out[k] = (float)sqrt(sum[k]);
+        out[3] = 0;
+    }
+}
+
+/* Slices of a phase. */
+static int32_t lflare__burst_slices(const lflare_starburst_job *job, int32_t phase)
+{
+    lflare__transform t = lflare__burst_transform(job, phase == LFLARE__BURST_CORE_ROWS || phase == LFLARE__BURST_CORE_COLUMNS);
+    switch (phase) {
+    case LFLARE__BURST_PICTURE: return job->across / 4;
+    case LFLARE__BURST_ROWS: case LFLARE__BURST_CORE_ROWS: return t.across / 8;
+    case LFLARE__BURST_COLUMNS: case LFLARE__BURST_CORE_COLUMNS: return (t.columns + 3) / 4;
+    case LFLARE__BURST_POLAR: return lflare__row_at(lflare__burst_reach(job)) + 1 - lflare__row_at(LFLARE__CORE_REACH);
+    case LFLARE__BURST_CORE_POLAR: return lflare__row_at(LFLARE__CORE_REACH);
+    case LFLARE__BURST_FOLD: return LFLARE_STARBURST_ROWS;
+    default: return 4 * LFLARE_STARBURST_SIZES;
+    }
+}
+
+static void lflare__burst_slice(lflare_starburst_job *job, int32_t slice)
+{
+    int core = job->phase >= LFLARE__BURST_CORE_ROWS;
+    lflare__transform t = lflare__burst_transform(job, core);
+    int32_t i;
+    switch (job->phase) {
+    case LFLARE__BURST_PICTURE: lflare__burst_picture(job, slice); break;
+    case LFLARE__BURST_ROWS: case LFLARE__BURST_CORE_ROWS:
+        for (i = 4 * slice; i < 4 * slice + 4; i++) lflare__transform_rows(&t, i);
+        break;
+    case LFLARE__BURST_COLUMNS: case LFLARE__BURST_CORE_COLUMNS:
+        for (i = 4 * slice; i < 4 * slice + 4 && i < t.columns; i++) lflare__transform_column(&t, i);
+        break;
+    case LFLARE__BURST_POLAR: lflare__burst_polar(job, lflare__row_at(LFLARE__CORE_REACH) + slice, 0); break;
+    case LFLARE__BURST_CORE_POLAR: lflare__burst_polar(job, slice, 1); break;
+    case LFLARE__BURST_FOLD:
+        if (slice == 0) lflare__burst_extend(job);
+        lflare__burst_fold(job, slice);
+        if (slice == LFLARE_STARBURST_ROWS - 1) lflare__burst_normalise(job);
+        break;
+    default: lflare__burst_radial(job, slice); break;
+    }
+}
+
+LFLARE_API lflare_result lflare_starburst_step(lflare_starburst_job *job, int32_t slices)
+{
+    if (job == NULL || slices < 1 || job->iris == NULL) return LFLARE_ERROR_ARGUMENT;
+    while (job->phase < LFLARE__BURST_DONE && slices > 0) {
+        for (; slices > 0 && job->next < lflare__burst_slices(job, job->phase); slices--) lflare__burst_slice(job, job->next++);
+        if (job->next < lflare__burst_slices(job, job->phase)) break;
+        job->phase++;
+        job->next = 0;
+    }
+    if (job->phase < LFLARE__BURST_DONE) return LFLARE_INCOMPLETE;
+    job->out->key = lflare_starburst_key(job->iris);
+    return LFLARE_OK;
+}
+
+/* What an angle has over its row's mean, on one level, between two rows. */
+static void lflare__burst_angle(const lflare_starburst *s, float row, float turn, int32_t level, float *out)
+{
+    int32_t r = (int32_t)lflare__minf(row, LFLARE_STARBURST_ROWS - 2), count = lflare__level_bins(level), k;
+    float at = turn * (float)count - 0.5f, below = floorf(at), f = at - below, g = row - (float)r;
+    const float *a = s->angular + 4 * ((size_t)r * LFLARE_STARBURST_COLUMNS + (size_t)(lflare__level_first(level) + (int32_t)below)), *b = a + 4 * LFLARE_STARBURST_COLUMNS;
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) out[k] = (1 - g) * (a[k] + f * (a[k + 4] - a[k])) + g * (b[k] + f * (b[k + 4] - b[k]));
+}
+
+LFLARE_API void lflare_starburst_at(const lflare_starburst *s, float x, float y, float blur, float *rgb)
+{
+    const float bin = 3.14159265f / LFLARE_STARBURST_BINS;
+    float distance, relative, row, turn, level, size, below[LFLARE_WAVELENGTHS], above[LFLARE_WAVELENGTHS], fade, far;
+    int32_t l, j, i, k;
+    blur = lflare__maxf(blur, 0.125f);
+    distance = lflare__maxf(sqrtf(x * x + y * y), 1e-3f);
+    relative = distance / blur;
+    row = lflare__minf(lflare__maxf(LFLARE_STARBURST_OCTAVE * log2f(4 * distance), 0), LFLARE_STARBURST_ROWS - 1);
+    turn = atan2f(y, x) / 3.14159265f; /* half turns */
+    turn -= floorf(turn);
+    level = lflare__maxf(1 + log2f(0.382f / (relative * bin)), 0); /* which blurs as much as the disc does, seen from the image */
+    l = (int32_t)lflare__minf(level, LFLARE_STARBURST_LEVELS - 2);
+    lflare__burst_angle(s, row, turn, l, below);
+    lflare__burst_angle(s, row, turn, l + 1, above);
+    fade = lflare__minf(lflare__maxf(0.5f * (level - (LFLARE_STARBURST_LEVELS - 1)), 0), 1);
+    level = lflare__minf(level - (float)l, 1);
+    size = lflare__minf(log2f(8 * blur), LFLARE_STARBURST_SIZES - 1);
+    far = lflare__minf(lflare__maxf(relative - (LFLARE_STARBURST_SAMPLES - 1) / 32.0f + 1, 0), 1);
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
+        float angle = below[k] + level * (above[k] - below[k]), mean = 0, q = 1 + distance;
+        angle += fade * (1 - angle);
+        if (far > 0) {
+            i = (int32_t)lflare__minf(row, LFLARE_STARBURST_ROWS - 2);
+            mean = lflare__burst_mean(s, i)[k];
+            mean += (row - (float)i) * (lflare__burst_mean(s, i + 1)[k] - mean);
+            mean = row < LFLARE_STARBURST_ROWS - 1 ? mean / (q * q * q) : s->tail[k] / (distance * distance * distance);
+            mean *= far * (1 + 1.125f / (relative * relative)); /* what a disc sees of a cube's fall */
+        }
+        if (far < 1) {
+            const float *a;
+            float at = 32 * relative, f, g, v;
+            j = (int32_t)lflare__minf(size, LFLARE_STARBURST_SIZES - 2);
+            i = (int32_t)lflare__minf(at, LFLARE_STARBURST_SAMPLES - 2);
+            f = at - (float)i;
+            g = size - (float)j;
+            a = s->radial + 4 * ((size_t)j * LFLARE_STARBURST_SAMPLES + (size_t)i) + k;
+            v = (1 - g) * (a[0] + f * (a[4] - a[0]));
+            a += 4 * LFLARE_STARBURST_SAMPLES;
+            v += g * (a[0] + f * (a[4] - a[0]));
+            mean += (1 - far) * v * v / (3.14159265f * blur * blur);
+        }
+        rgb[k] = angle * mean;
+    }
+}
+
+#endif /* LFLARE_NO_DIFFRACTION */
+
+/* >> 10 aberration */
 #ifndef LFLARE_NO_ABERRATION
 /* The fit of a lens: what exact rays do, as polynomials. Per ghost and at LFLARE__KNOTS field angles, in the light's frame (x
    along its slope), polynomials of the entrance point about the middle of the bundle that passes: the places where a ray meets
@@ -3011,7 +3919,7 @@ LFLARE_API lflare_result lflare_aberration_ray(const void *fit, int32_t g, int32
 
 #endif /* LFLARE_NO_ABERRATION */
 
-/* >> 10 trace */
+/* >> 11 trace */
 #ifndef LFLARE_NO_TRACE
 
 LFLARE_API lflare_result lflare_path_make(const lflare_lens *lens, double nm, const lflare_pair *pair, lflare_path *out)
@@ -3837,7 +4745,7 @@ LFLARE_API lflare_result lflare_aberration_fit(const lflare_lens *lens, const lf
 
 #endif /* LFLARE_NO_TRACE */
 
-/* >> 11 tables */
+/* >> 12 tables */
 
 static void *lflare__carve(char **at, size_t bytes)
 {
@@ -4594,7 +5502,7 @@ LFLARE_API lflare_tables_size lflare_tables_layout(const lflare_lens *lens, cons
     arrays[1] = ghosts * LFLARE_HEAD_FLOATS * f;
     arrays[2] = ghosts * LFLARE_MAX_RIMS * LFLARE_RIM_FLOATS * f;
     arrays[3] = surfaces * LFLARE_FILM_SAMPLES * 4 * f;
-    arrays[4] = surfaces * 4 * f;
+    arrays[4] = (surfaces + 1) * 4 * f;
     arrays[5] = ghosts * LFLARE_FIELD_SAMPLES * LFLARE_FIELD_FLOATS * f;
     arrays[6] = ghosts * LFLARE_STYLE_FLOATS * f;
     arrays[7] = ghosts * 2 * f;
@@ -4614,6 +5522,7 @@ LFLARE_API lflare_tables_size lflare_tables_layout(const lflare_lens *lens, cons
         t->rims = (float *)lflare__carve(&at, arrays[2]);
         t->film = (float *)lflare__carve(&at, arrays[3]);
         t->index = (float *)lflare__carve(&at, arrays[4]);
+        t->transmission = t->index + surfaces * 4;
     }
     if (settings_memory != NULL) {
         char *at = (char *)settings_memory;
@@ -4770,6 +5679,8 @@ LFLARE_API lflare_result lflare_tables_prepare(const lflare_lens *lens, lflare_t
             lflare__film_row(lens, i, scratch, t->film + (size_t)i * LFLARE_FILM_SAMPLES * 4);
             for (k = 0; k < LFLARE_WAVELENGTHS; k++) t->index[i * 4 + k] = (float)n[k][i + 1];
             t->index[i * 4 + 3] = 0;
+            for (k = 0; k < LFLARE_WAVELENGTHS; k++)
+                t->transmission[k] = (i == 0 ? 1 : t->transmission[k]) * (i == lens->stop ? 1 : 1 - t->film[((size_t)i * LFLARE_FILM_SAMPLES + LFLARE_FILM_SAMPLES - 1) * 4 + (size_t)k]);
         }
     }
     for (g = begin; g < end; g++) lflare__prepare_ghost(lens, t, g, (const double(*)[LFLARE_MAX_SURFACES + 1])n);
@@ -4856,6 +5767,14 @@ LFLARE_API lflare_result lflare_tables_configure_begin(const lflare_lens *lens, 
         return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "the polynomial model needs a fit: see lflare_aberration_fit");
     if (lflare_iris_make(lens, s->fnumber, s->blades, (double)s->blade_rotation, (double)s->blade_curvature, &t->iris, &fnumber) != LFLARE_OK)
         return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "the iris has 0 or 3 to 16 blades, a finite rotation, a curvature from 0 to 1");
+    if (!(s->iris_softness >= 0 && s->iris_softness <= 0.5f) || !(s->starburst_scale >= 0 && s->starburst_scale <= 1000) || !(fabsf(s->starburst_ev) <= 60))
+        return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "iris_softness is 0 to 0.5, starburst_scale 0 to 1000, starburst_ev -60 to 60");
+    if (!(s->streak.share >= 0 && s->streak.share <= 1) || !(s->streak.length >= 0 && s->streak.length <= 100) || !(s->streak.thickness >= 0 && s->streak.thickness <= 100) ||
+        !lflare__finite3(s->streak.tint))
+        return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "streak: share is 0 to 1, length and thickness 0 to 100, tint finite");
+    t->iris.softness = s->iris_softness;
+    t->starburst = NULL;
+    t->starburst_unit = 0.5f * 550e-6f * t->efl * (float)fabs(lens->stop_a11) / t->iris.radius * (s->starburst_scale > 0 ? s->starburst_scale : 1);
     t->model = s->model == LFLARE_MODEL_PARAXIAL || t->mesh == NULL ? LFLARE_MODEL_PARAXIAL : LFLARE_MODEL_POLYNOMIAL;
     t->fnumber = (float)fnumber;
     t->ghost_budget = s->ghost_budget;
@@ -5058,17 +5977,19 @@ static void lflare__sift(const lflare_tables *t, lflare_cull *heap, int32_t at, 
     }
 }
 
-/* Tells two arrays of rows apart by content: addresses and counters come again when objects do. Even numbers of floats. */
-static uint64_t lflare__hash(const float *a, size_t a_count, const float *b, size_t b_count)
+/* The light's own image: all that passes the pupil, but for what surfaces reflect. */
+static void lflare__configure_image(lflare_tables *t, const lflare_settings *s)
 {
-    uint64_t hash = 0, word;
-    size_t i;
-    for (i = 0; i < a_count + b_count; i += 2) {
-        memcpy(&word, i < a_count ? a + i : b + (i - a_count), sizeof word);
-        hash = (hash ^ word) * 0x9E3779B97F4A7C15u;
-        hash ^= hash >> 32;
+    const lflare_streak *k = &s->streak;
+    float scale = s->starburst_scale > 0 ? s->starburst_scale : 1, pupil = 0.5f * 550e-6f * t->efl / t->starburst_unit * scale; /* radius of the entrance pupil */
+    int32_t i, tinted = k->tint[0] != 0 || k->tint[1] != 0 || k->tint[2] != 0;
+    for (i = 0; i < LFLARE_WAVELENGTHS; i++) {
+        float flux = 3.14159265f * pupil * pupil * t->iris.area * t->transmission[i];
+        t->starburst_gain[i] = flux * exp2f(s->starburst_ev) / (t->starburst_unit * t->starburst_unit);
+        t->streak_gain[i] = flux * k->share * (tinted ? lflare__maxf(k->tint[i], 0) : 1);
     }
-    return hash;
+    t->streak_half[0] = k->share > 0 ? 0.5f * t->sensor_width * (k->length > 0 ? k->length : 2) : 0;
+    t->streak_half[1] = k->share > 0 ? 0.5f * t->sensor_width * (k->thickness > 0 ? k->thickness : 0.004f) : 0;
 }
 
 LFLARE_API void lflare_tables_configure_end(lflare_tables *t, const lflare_settings *s)
@@ -5102,11 +6023,12 @@ LFLARE_API void lflare_tables_configure_end(lflare_tables *t, const lflare_setti
         t->mesh_hash = lflare__hash(iris, 2, t->head, ghosts * LFLARE_HEAD_FLOATS) ^ lflare__fit_hash(t->fit);
     }
 #endif
+    lflare__configure_image(t, s);
     t->mean_irradiance = (float)mean;
     t->exposure = exp2f(s->exposure_ev) * (s->raw || !(mean > 0) ? 1 : (float)((double)LFLARE_NORMAL_MEAN / mean));
 }
 
-/* >> 12 frame */
+/* >> 13 frame */
 
 /* Size of the frame on the sensor; how the lens's slope follows from the camera's. */
 static float lflare__frame_size(const lflare_tables *t, const lflare_view *v, lflare_frame_data *f)
@@ -5153,6 +6075,40 @@ static float lflare__edge_fade(const lflare_frame_data *f, float width, const fl
     return t * t * (3 - 2 * t);
 }
 
+/* The profile's density is a parabola of variance soft^2 / 5; it stands for a pixel of 0.715 on either side (its spectrum
+   then vanishes at the pixel grid's frequency) and a lamp's disc of radius b, of variance b^2 / 4. */
+#define LFLARE__PIXEL_VARIANCE (0.715f * 0.715f / 5)
+
+/* Radius of the disc that stands for lamp and pixel on the sensor, mm: a pixel's is that of a disc of its area. */
+static float lflare__image_blur(const lflare_tables *t, const lflare_frame_light *l, float pixel)
+{
+    float lamp = t->efl * l->angular_radius;
+    return sqrtf(lamp * lamp + 0.318f * pixel * pixel);
+}
+
+static float lflare__streak_thickness(const lflare_tables *t, const lflare_frame_light *l, float pixel)
+{
+    float lamp = t->efl * l->angular_radius;
+    return sqrtf(t->streak_half[1] * t->streak_half[1] + 5 * (LFLARE__PIXEL_VARIANCE * pixel * pixel + 0.25f * lamp * lamp));
+}
+
+/* How far a light's starburst and streak are drawn: the first to where all of its angles fall below LFLARE__STARBURST_LEAST of the ghosts'
+   mean irradiance, which no exposure for ghosts shows. */
+#define LFLARE__STARBURST_LEAST 1e-3f
+static void lflare__frame_image(const lflare_tables *t, const lflare_frame_data *f, lflare_frame_light *l)
+{
+    float x = fabsf(l->image[0] - f->centre[0]) - f->half_width, y = fabsf(l->image[1] - f->centre[1]) - f->half_height;
+    if (t->starburst != NULL && !(l->flags & LFLARE_LIGHT_NO_STARBURST)) {
+        float strongest = 0, unit = t->starburst_unit, far = 4 * (f->half_width + f->half_height) + lflare__maxf(x, 0) + lflare__maxf(y, 0);
+        int32_t k;
+        for (k = 0; k < LFLARE_WAVELENGTHS; k++) strongest = lflare__maxf(strongest, t->starburst_gain[k] * t->starburst->tail[k]);
+        if (t->mean_irradiance > 0)
+            far = lflare__minf(far, unit * cbrtf(strongest * t->starburst->peak / (LFLARE__STARBURST_LEAST * t->mean_irradiance)) + 4 * lflare__image_blur(t, l, f->pixel));
+        l->starburst = x < far && y < far ? far : 0;
+    }
+    if (t->streak_half[0] > 0 && !(l->flags & LFLARE_LIGHT_NO_STREAK) && x < t->streak_half[0] && y < lflare__streak_thickness(t, l, f->pixel)) l->streak = t->streak_half[0];
+}
+
 /* 0 if the light draws nothing. */
 static int lflare__frame_light_make(const lflare_tables *t, const lflare_frame_data *f, const lflare_light *l, float slope_scale, float edge_fade,
                                     lflare_frame_light *out)
@@ -5178,6 +6134,7 @@ static int lflare__frame_light_make(const lflare_tables *t, const lflare_frame_d
         out->irradiance[k] = lflare__maxf(l->color[k], 0) * visible * faded;
         lit += out->irradiance[k];
     }
+    lflare__frame_image(t, f, out);
     return lit > 0;
 }
 
@@ -5229,16 +6186,6 @@ LFLARE_API float lflare_fade(float now, float target, float dt, float attack, fl
     if (dt > 0) now += (target - now) * (1 - expf(-dt / time));
     return fabsf(target - now) < 1e-5f ? target : now;
 }
-
-LFLARE_API float lflare_edge_coverage(float t)
-{
-    t = lflare__minf(lflare__maxf(t, -1), 1);
-    return 0.5f + t * (0.75f - 0.25f * t * t);
-}
-
-/* The profile's density is a parabola of variance soft^2 / 5; it stands for a pixel of 0.715 on either side (its spectrum
-   then vanishes at the pixel grid's frequency) and a lamp's disc of radius b, of variance b^2 / 4. */
-#define LFLARE__PIXEL_VARIANCE (0.715f * 0.715f / 5)
 
 typedef struct lflare__sample {
     float weight[3], centroid, radius, turn0, turn2;
@@ -5569,43 +6516,6 @@ LFLARE_API int32_t lflare_patch_resolve(const lflare_tables *t, const lflare_fra
 
 #endif /* LFLARE_NO_ABERRATION */
 
-/* The two edges that cut most at a point, with their inward normals. */
-typedef struct lflare__cuts {
-    float c[2], nx[2], ny[2];
-} lflare__cuts;
-
-static void lflare__cut(lflare__cuts *cuts, float coverage, float nx, float ny)
-{
-    int32_t at = coverage < cuts->c[0] ? 0 : 1;
-    if (coverage >= cuts->c[1]) return;
-    if (at == 0) {
-        cuts->c[1] = cuts->c[0];
-        cuts->nx[1] = cuts->nx[0];
-        cuts->ny[1] = cuts->ny[0];
-    }
-    cuts->c[at] = coverage;
-    cuts->nx[at] = nx;
-    cuts->ny[at] = ny;
-}
-
-static void lflare__cut_circle(lflare__cuts *cuts, float ax, float ay, float radius, float soft, float sign)
-{
-    float length = sqrtf(ax * ax + ay * ay), t = (radius - length) / soft, inv;
-    if (t >= 1) return;
-    inv = -sign / lflare__maxf(length, 1e-20f);
-    lflare__cut(cuts, lflare_edge_coverage(t), ax * inv, ay * inv);
-}
-
-/* Two soft half planes whose normals enclose an angle of cosine rho: the mixture of "independent" and "one and the same"
-   (or "opposite") that keeps the area, since the covariance of the edges' shifts is rho (Hoeffding's formula). */
-static float lflare__both(const lflare__cuts *cuts)
-{
-    float a = cuts->c[0], b = cuts->c[1], rho, product = a * b;
-    if (b >= 1 || a <= 0) return a;
-    rho = lflare__minf(lflare__maxf(cuts->nx[0] * cuts->nx[1] + cuts->ny[0] * cuts->ny[1], -1), 1);
-    return rho > 0 ? product + rho * (a - product) : product - rho * (lflare__maxf(a + b - 1, 0) - product);
-}
-
 static float lflare__coverage(const lflare_footprint *fp, int32_t k, const lflare_iris *iris, float dx, float dy)
 {
     lflare__cuts cuts = {{1, 1}, {0, 0}, {0, 0}};
@@ -5637,7 +6547,7 @@ LFLARE_API float lflare_footprint_coverage(const lflare_footprint *fp, int32_t c
     return lflare__coverage(fp, channel, iris, x - fp->centre[channel][0], y - fp->centre[channel][1]);
 }
 
-/* >> 13 software */
+/* >> 14 software */
 #ifndef LFLARE_NO_SOFTWARE
 /* Row by row, every footprint is an intersection of convex edges, so on a row it is one span. The part where nothing is cut
    is entered as two numbers, +irradiance where it begins and -irradiance where it ends, and summed once per row: the cost
@@ -6177,6 +7087,52 @@ LFLARE_API lflare_result lflare_software_patches(const lflare_tables *t, const l
 
 #endif /* LFLARE_NO_ABERRATION */
 
+/* -- the light's own image -- */
+
+/* One row of a light's streak: `y` from its middle, `half` its thickness, mm. */
+static void lflare__streak_row(const lflare_tables *t, const lflare_frame_light *l, float x0, float step, float y, float half, int32_t width, float *pixels)
+{
+    float u = y / half, across = 0.75f * (1 - u * u) / half;
+    int32_t x, k;
+    if (!(across > 0)) return;
+    for (x = 0; x < width; x++) {
+        float along = 1 - fabsf(x0 + step * (float)x) / l->streak, share = 2 / l->streak * along * along * along * across;
+        for (k = 0; k < LFLARE_WAVELENGTHS && along > 0; k++) pixels[(ptrdiff_t)4 * x + k] += t->streak_gain[k] * l->irradiance[k] * share;
+    }
+}
+
+LFLARE_API lflare_result lflare_software_starbursts(const lflare_tables *t, const lflare_frame_data *f, const lflare_image *image, int32_t begin, int32_t end)
+{
+    ptrdiff_t stride;
+    int32_t i, k, x, y;
+    if (t == NULL || f == NULL || image == NULL || image->pixels == NULL) return LFLARE_ERROR_ARGUMENT;
+    if (image->width != f->width || image->height != f->height || begin < 0 || end > image->height) return LFLARE_ERROR_ARGUMENT;
+    stride = image->stride != 0 ? image->stride : (ptrdiff_t)4 * image->width;
+    for (y = begin; y < end; y++) {
+        float *pixels = image->pixels + stride * (image->bottom_up ? image->height - 1 - y : y);
+        for (i = 0; i < f->light_count; i++) {
+            const lflare_frame_light *l = &f->lights[i];
+            /* from the image of the light, on the sensor, which is the picture turned round */
+            float sensor_y = f->centre[1] - f->half_height + ((float)y + 0.5f) * f->pixel - l->image[1], x0 = f->centre[0] + f->half_width - 0.5f * f->pixel - l->image[0];
+            if (l->streak > 0) lflare__streak_row(t, l, x0, -f->pixel, sensor_y, lflare__streak_thickness(t, l, f->pixel), f->width, pixels);
+#ifndef LFLARE_NO_DIFFRACTION
+            if (l->starburst > 0 && fabsf(sensor_y) < l->starburst) {
+                float inverse = 1 / t->starburst_unit, blur = lflare__image_blur(t, l, f->pixel) * inverse, rgb[LFLARE_WAVELENGTHS];
+                int32_t from = (int32_t)lflare__clamp((double)((x0 - l->starburst) / f->pixel), 0, f->width), to = (int32_t)lflare__clamp((double)((x0 + l->starburst) / f->pixel) + 1, 0, f->width);
+                for (x = from; x < to; x++) {
+                    lflare_starburst_at(t->starburst, (x0 - f->pixel * (float)x) * inverse, sensor_y * inverse, blur, rgb);
+                    for (k = 0; k < LFLARE_WAVELENGTHS; k++) pixels[(ptrdiff_t)4 * x + k] += t->starburst_gain[k] * l->irradiance[k] * rgb[k];
+                }
+            }
+#else
+            (void)x;
+            (void)k;
+#endif
+        }
+    }
+    return LFLARE_OK;
+}
+
 LFLARE_API void lflare_to_rgb8(const float *rgba, size_t count, float gain, int32_t srgb, uint8_t *out)
 {
     size_t i;
@@ -6191,7 +7147,7 @@ LFLARE_API void lflare_to_rgb8(const float *rgba, size_t count, float gain, int3
 }
 #endif /* LFLARE_NO_SOFTWARE */
 
-/* >> 14 gl */
+/* >> 15 gl */
 #ifndef LFLARE_NO_GL
 /* No GL header: names, constants and functions are private. Every function comes from the caller's loader. */
 
@@ -6291,8 +7247,8 @@ enum {
     LFLARE__GL_PATCH = LFLARE__GL_PATCH_ROW * (LFLARE_PATCH_RINGS - 1)
 };
 
-enum { LFLARE__GL_RIM, LFLARE__GL_FILL, LFLARE__GL_STRIP, LFLARE__GL_ADD, LFLARE__GL_PATCHES, LFLARE__GL_PATCH_RIMS, LFLARE__GL_PROGRAMS };
-enum { LFLARE__GL_LENS, LFLARE__GL_SETTINGS, LFLARE__GL_STRIP_A, LFLARE__GL_STRIP_B, LFLARE__GL_HALF, LFLARE__GL_MESH, LFLARE__GL_MESH_HEADS, LFLARE__GL_TEXTURES };
+enum { LFLARE__GL_RIM, LFLARE__GL_FILL, LFLARE__GL_STRIP, LFLARE__GL_ADD, LFLARE__GL_PATCHES, LFLARE__GL_PATCH_RIMS, LFLARE__GL_STARBURST, LFLARE__GL_PROGRAMS };
+enum { LFLARE__GL_LENS, LFLARE__GL_SETTINGS, LFLARE__GL_STRIP_A, LFLARE__GL_STRIP_B, LFLARE__GL_HALF, LFLARE__GL_MESH, LFLARE__GL_MESH_HEADS, LFLARE__GL_ANGULAR, LFLARE__GL_RADIAL, LFLARE__GL_TEXTURES };
 enum { LFLARE__GL_TO_STRIP_A, LFLARE__GL_TO_STRIP_B, LFLARE__GL_TO_HALF, LFLARE__GL_FRAMEBUFFERS };
 
 /* All state that is touched, in the order of its restoring. Capabilities: enum, who has it, what drawing needs (2: as the
@@ -6358,7 +7314,7 @@ typedef struct lflare__glstate {
 
 /* Has the layout of the block in shaders_embedded/frame.glsl. */
 typedef struct lflare__gl_frame {
-    float half[4], lens[4], spectrum[4], strip[4];
+    float half[4], lens[4], spectrum[4], strip[4], burst[3][4];
     float blades[LFLARE_MAX_BLADES][4];
     lflare_frame_light lights[LFLARE_GL_MAX_LIGHTS];
 } lflare__gl_frame;
@@ -6377,7 +7333,7 @@ struct lflare_gl {
     lflare__gluint programs[LFLARE__GL_PROGRAMS], textures[LFLARE__GL_TEXTURES], framebuffers[LFLARE__GL_FRAMEBUFFERS];
     lflare__gluint vertex_array, instances, indices, uniforms, sampler;
     lflare__glint enlarge;                  /* location of a uniform */
-    uint64_t lens_hash, settings_hash, mesh_hash, heads_hash; /* of what was uploaded */
+    uint64_t lens_hash, settings_hash, mesh_hash, heads_hash, burst_key; /* of what was uploaded */
     int32_t uploaded;                       /* bit 0: something of the lens, 1: of the settings, 2: meshes, 3: their heads */
     int32_t strip_lights, strip_now;        /* lights that the strip holds, which of the two strips */
     int32_t full_width, full_height;        /* of the half-size picture, when enlarged; 0 = none */
@@ -6430,6 +7386,7 @@ static const char *const lflare__glsl_frame[] = {
     "vec4 u_lens;\n"
     "vec4 u_spectrum;\n"
     "vec4 u_strip;\n"
+    "vec4 u_burst[3];\n"
     "vec4 u_blades[16];\n"
     "vec4 u_lights[960];\n"
     "};\n"
@@ -6920,6 +7877,78 @@ static const char *const lflare__glsl_screen_vert[] = {
     "gl_Position = vec4(2.0 * v_place - 1.0, 0.0, 1.0);\n"
     "}\n"
     , NULL};
+static const char *const lflare__glsl_starburst_frag[] = {
+    "out vec4 o_color;\n"
+    "uniform highp sampler2D u_angular;\n"
+    "uniform highp sampler2D u_radial;\n"
+    "flat in vec4 v_irradiance;\n"
+    "flat in float v_streak;\n"
+    "in vec2 v_position;\n"
+    "const int ROWS = 160, OCTAVE = 16, BINS = 512, LEVELS = 7, COLUMNS = 1536, SIZES = 15, SAMPLES = 193;\n"
+    "const float PI = 3.14159265, MOST = 30000.0;\n"
+    "vec3 angle_at(float row, float turn, int level)\n"
+    "{\n"
+    "int first = 1, count = BINS;\n"
+    "for (int i = 1; i <= level; i++) {\n"
+    "first += count + 2;\n"
+    "count = 2 * BINS >> i;\n"
+    "}\n"
+    "return texture(u_angular, vec2((float(first) + turn * float(count)) / float(COLUMNS), (row + 0.5) / float(ROWS))).rgb;\n"
+    "}\n"
+    "vec3 starburst()\n"
+    "{\n"
+    "float blur = max(v_irradiance.w / u_burst[0].w, 0.125), q = max(length(v_position) / u_burst[0].w, 1e-3), relative = q / blur;\n"
+    "float row = clamp(float(OCTAVE) * log2(4.0 * q), 0.0, float(ROWS - 1)), turn = atan(v_position.y, v_position.x) / PI;\n"
+    "turn -= floor(turn);\n"
+    "float level = max(1.0 + log2(0.382 * float(BINS) / (PI * relative)), 0.0);\n"
+    "int l = int(min(level, float(LEVELS - 2)));\n"
+    "vec3 angle = mix(angle_at(row, turn, l), angle_at(row, turn, l + 1), min(level - float(l), 1.0));\n"
+    "angle = mix(angle, vec3(1.0), clamp(0.5 * (level - float(LEVELS - 1)), 0.0, 1.0));\n"
+    "vec3 mean = texture(u_angular, vec2(float(COLUMNS - 1) / float(COLUMNS), (row + 0.5) / float(ROWS))).rgb / ((1.0 + q) * (1.0 + q) * (1.0 + q));\n"
+    "if (row >= float(ROWS - 1)) mean = u_burst[1].rgb / (q * q * q);\n"
+    "float far = clamp(relative - float(SAMPLES - 1) / 32.0 + 1.0, 0.0, 1.0), size = min(log2(8.0 * blur), float(SIZES - 1));\n"
+    "vec3 disc = texture(u_radial, vec2((min(32.0 * relative, float(SAMPLES - 1)) + 0.5) / float(SAMPLES), (size + 0.5) / float(SIZES))).rgb;\n"
+    "return angle * (far * mean * (1.0 + 1.125 / (relative * relative)) + (1.0 - far) * disc * disc / (PI * blur * blur));\n"
+    "}\n"
+    "void main()\n"
+    "{\n"
+    "vec3 share;\n"
+    "if (v_streak > 0.0) {\n"
+    "float along = max(1.0 - abs(v_position.x) / v_streak, 0.0), u = v_position.y / v_irradiance.w;\n"
+    "share = vec3(1.5 * along * along * along / v_streak * max(1.0 - u * u, 0.0) / v_irradiance.w);\n"
+    "} else {\n"
+    "share = starburst();\n"
+    "}\n"
+    "o_color = vec4(min(v_irradiance.rgb * share, MOST), 0.0);\n"
+    "}\n"
+    , NULL};
+static const char *const lflare__glsl_starburst_vert[] = {
+    "uniform highp usampler2D u_visibility;\n"
+    "flat out vec4 v_irradiance;\n"
+    "flat out float v_streak;\n"
+    "out vec2 v_position;\n"
+    "void main()\n"
+    "{\n"
+    "int light = (gl_InstanceID >> 1) * 4;\n"
+    "vec4 l1 = u_lights[light + 1], l2 = u_lights[light + 2], l3 = u_lights[light + 3];\n"
+    "vec2 image = vec2(l1.w, l2.x), corner = 2.0 * vec2(gl_VertexID & 1, gl_VertexID >> 1) - 1.0, reach = l3.zz;\n"
+    "vec3 irradiance = l2.yzw * u_strip.y;\n"
+    "int place = int(l3.x);\n"
+    "float lamp = u_lens.y * l1.z;\n"
+    "if (place < int(u_strip.x)) irradiance *= uintBitsToFloat(texelFetch(u_visibility, ivec2(place, 0), 0).r);\n"
+    "v_irradiance = vec4(irradiance * u_burst[0].rgb, sqrt(lamp * lamp + 0.318 * u_lens.x * u_lens.x));\n"
+    "v_streak = 0.0;\n"
+    "if ((gl_InstanceID & 1) != 0) {\n"
+    "float half_width = sqrt(u_burst[1].w * u_burst[1].w + 5.0 * (0.715 * 0.715 / 5.0 * u_lens.x * u_lens.x + 0.25 * lamp * lamp));\n"
+    "reach = vec2(l3.w, l3.w > 0.0 ? half_width : 0.0);\n"
+    "v_irradiance = vec4(irradiance * u_burst[2].rgb, half_width);\n"
+    "v_streak = l3.w;\n"
+    "}\n"
+    "v_position = corner * reach;\n"
+    "gl_Position = vec4(-(image + v_position - u_half.zw) / u_half.xy, 0.0, 1.0);\n"
+    "if (!(reach.x > 0.0) || !(irradiance.x + irradiance.y + irradiance.z > 0.0)) gl_Position = vec4(2.0, 2.0, 0.0, 1.0);\n"
+    "}\n"
+    , NULL};
 static const char *const lflare__glsl_strip_frag[] = {
     "layout(std140) uniform lflare_strip {\n"
     "vec4 u_clip[3];\n"
@@ -7038,7 +8067,8 @@ static const lflare__gl_source lflare__gl_sources[LFLARE__GL_PROGRAMS] = {
     {"", NULL, lflare__glsl_screen_vert, NULL, lflare__glsl_strip_frag, "lflare_strip", {"u_depth", "u_before", NULL}},
     {"", NULL, lflare__glsl_screen_vert, NULL, lflare__glsl_add_frag, NULL, {"u_half_picture", NULL, NULL}},
     {"#define PATCH\n", lflare__glsl_frame, lflare__glsl_patch_vert, NULL, lflare__glsl_patch_frag, "lflare_frame", {"u_mesh_table", "u_mesh_heads", "u_visibility"}},
-    {"#define PATCH_RIM\n", lflare__glsl_frame, lflare__glsl_patch_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_mesh_table", "u_mesh_heads", "u_visibility"}}};
+    {"#define PATCH_RIM\n", lflare__glsl_frame, lflare__glsl_patch_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_mesh_table", "u_mesh_heads", "u_visibility"}},
+    {"", lflare__glsl_frame, lflare__glsl_starburst_vert, NULL, lflare__glsl_starburst_frag, "lflare_frame", {"u_angular", "u_radial", "u_visibility"}}};
 
 static lflare_result lflare__gl_shader(lflare_gl *o, lflare__glenum kind, const lflare__gl_source *source, const lflare_gl_desc *desc, lflare_error *error,
                                        lflare__gluint *out)
@@ -7118,7 +8148,8 @@ typedef struct lflare__gl_format {
 } lflare__gl_format;
 
 static const lflare__gl_format lflare__gl_rgba32f = {0x8814, 0x1908, 0x1406, 0x2600}, lflare__gl_r32ui = {0x8236, 0x8D94, 0x1405, 0x2600},
-                               lflare__gl_rgba16f = {0x881A, 0x1908, 0x140B, 0x2601}, lflare__gl_rgb10_a2 = {0x8059, 0x1908, 0x8368, 0x2601};
+                               lflare__gl_rgba16f = {0x881A, 0x1908, 0x140B, 0x2601}, lflare__gl_rgb10_a2 = {0x8059, 0x1908, 0x8368, 0x2601},
+                               lflare__gl_half_of_floats = {0x881A, 0x1908, 0x1406, 0x2601};
 
 static void lflare__gl_texture(const lflare__glapi *gl, lflare__gluint texture, const lflare__gl_format *f, int32_t width, int32_t height, const void *texels)
 {
@@ -7318,11 +8349,21 @@ static lflare_result lflare__gl_upload_meshes(lflare_gl *o, const lflare_tables 
     return LFLARE_OK;
 }
 
+static void lflare__gl_upload_starburst(lflare_gl *o, const lflare_starburst *s)
+{
+    if (s == NULL || s->key + (uint64_t)s->size == o->burst_key) return;
+    lflare__gl_unpack(o);
+    lflare__gl_texture(&o->api, o->textures[LFLARE__GL_ANGULAR], &lflare__gl_half_of_floats, LFLARE_STARBURST_COLUMNS, LFLARE_STARBURST_ROWS, s->angular);
+    lflare__gl_texture(&o->api, o->textures[LFLARE__GL_RADIAL], &lflare__gl_half_of_floats, LFLARE_STARBURST_SAMPLES, LFLARE_STARBURST_SIZES, s->radial);
+    o->burst_key = s->key + (uint64_t)s->size;
+}
+
 /* Whatever changed since the last draw. */
 static lflare_result lflare__gl_upload(lflare_gl *o, const lflare_tables *t)
 {
     lflare_result result;
     int lens = !(o->uploaded & 1) || o->lens_hash != t->lens_hash, settings = !(o->uploaded & 2) || o->settings_hash != t->settings_hash;
+    lflare__gl_upload_starburst(o, t->starburst);
     if (t->model == LFLARE_MODEL_POLYNOMIAL) return lflare__gl_upload_meshes(o, t);
     if (!lens && !settings) return LFLARE_OK;
     lflare__gl_unpack(o);
@@ -7363,6 +8404,13 @@ static size_t lflare__gl_fill_frame(lflare_gl *o, const lflare_tables *t, const 
     u->spectrum[3] = (float)t->iris.blade_count;
     u->strip[0] = (float)o->strip_lights;
     u->strip[1] = 1;
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
+        u->burst[0][k] = t->starburst_gain[k];
+        u->burst[1][k] = t->starburst != NULL ? t->starburst->tail[k] : 0;
+        u->burst[2][k] = t->streak_gain[k];
+    }
+    u->burst[0][3] = t->starburst_unit;
+    u->burst[1][3] = t->streak_half[1];
     memcpy(u->blades, t->iris.blades, sizeof u->blades);
     memcpy(u->lights, f->lights, sizeof(lflare_frame_light) * (size_t)f->light_count);
     for (k = 0; k < f->light_count; k++) { /* an integer's bits may not survive as a float */
@@ -7413,15 +8461,36 @@ static void lflare__gl_own_viewport(const lflare__glapi *gl, int32_t width, int3
     gl->Disable(0x0C11); /* scissor test */
 }
 
-/* The block is filled, the target bound: both draws. */
-static void lflare__gl_ghosts(lflare_gl *o, const lflare_tables *t, const lflare_frame_data *f, size_t bytes)
+static int lflare__gl_has_images(const lflare_frame_data *f)
+{
+    int32_t i;
+    for (i = 0; i < f->light_count; i++)
+        if (f->lights[i].starburst > 0 || f->lights[i].streak > 0) return 1;
+    return 0;
+}
+
+/* Starbursts and streaks of all lights, if there are any. */
+static void lflare__gl_images(lflare_gl *o, const lflare_frame_data *f)
+{
+    const lflare__glapi *gl = &o->api;
+    if (!lflare__gl_has_images(f)) return;
+    lflare__gl_bind_texture(gl, 0, o->textures[LFLARE__GL_ANGULAR], 0);
+    lflare__gl_bind_texture(gl, 1, o->textures[LFLARE__GL_RADIAL], 0);
+    gl->UseProgram(o->programs[LFLARE__GL_STARBURST]);
+    gl->DrawArraysInstanced(0x0005, 0, 4, 2 * f->light_count);
+}
+
+/* The block is filled, the target bound: all draws. */
+static void lflare__gl_flare(lflare_gl *o, const lflare_tables *t, const lflare_frame_data *f, size_t bytes)
 {
     const lflare__glapi *gl = &o->api;
     int meshes = t->model == LFLARE_MODEL_POLYNOMIAL;
     lflare__gl_send_block(o, bytes);
+    lflare__gl_bind_texture(gl, 2, o->textures[LFLARE__GL_STRIP_A + o->strip_now], 0);
+    lflare__gl_images(o, f);
+    if (f->instance_count == 0) return;
     lflare__gl_bind_texture(gl, 0, o->textures[meshes ? LFLARE__GL_MESH : LFLARE__GL_LENS], 0);
     lflare__gl_bind_texture(gl, 1, o->textures[meshes ? LFLARE__GL_MESH_HEADS : LFLARE__GL_SETTINGS], 0);
-    lflare__gl_bind_texture(gl, 2, o->textures[LFLARE__GL_STRIP_A + o->strip_now], 0);
     gl->BindBuffer(0x8892, o->instances);
     gl->BufferData(0x8892, (ptrdiff_t)sizeof(lflare_instance) * f->instance_count, f->instances, 0x88E0);
     gl->UseProgram(o->programs[meshes ? LFLARE__GL_PATCHES : LFLARE__GL_FILL]);
@@ -7444,12 +8513,12 @@ LFLARE_API lflare_result lflare_gl_draw(lflare_gl *o, const lflare_tables *t, co
     lflare__glstate state;
     lflare_result result;
     lflare_result valid = lflare__gl_valid(o, t, f);
-    if (valid != LFLARE_OK || f->instance_count == 0) return valid;
+    if (valid != LFLARE_OK || (f->instance_count == 0 && !lflare__gl_has_images(f))) return valid;
     if (!o->no_restore) lflare__gl_save(o, &state);
     result = lflare__gl_upload(o, t);
     if (result == LFLARE_OK) {
         lflare__gl_set_state(o);
-        lflare__gl_ghosts(o, t, f, lflare__gl_fill_frame(o, t, f));
+        lflare__gl_flare(o, t, f, lflare__gl_fill_frame(o, t, f));
     }
     if (!o->no_restore) lflare__gl_restore(o, &state);
     return result;
@@ -7512,7 +8581,7 @@ LFLARE_API lflare_result lflare_gl_draw_half(lflare_gl *o, const lflare_tables *
     lflare__glstate state;
     lflare_result result = lflare__gl_valid(o, t, f);
     if (result != LFLARE_OK) return result;
-    o->half_empty = f->instance_count == 0;
+    o->half_empty = f->instance_count == 0 && !lflare__gl_has_images(f);
     if (o->half_empty) return LFLARE_OK;
     if (!o->no_restore) lflare__gl_save(o, &state);
     result = lflare__gl_upload(o, t);
@@ -7523,7 +8592,7 @@ LFLARE_API lflare_result lflare_gl_draw_half(lflare_gl *o, const lflare_tables *
         lflare__gl_set_state(o);
         lflare__gl_own_viewport(&o->api, (f->width + 1) / 2, (f->height + 1) / 2);
         o->api.ClearBufferfv(0x1800, 0, black); /* colour */
-        lflare__gl_ghosts(o, t, f, bytes);
+        lflare__gl_flare(o, t, f, bytes);
     }
     if (!o->no_restore) lflare__gl_restore(o, &state);
     return result;
@@ -7631,7 +8700,7 @@ LFLARE_API lflare_result lflare_gl_occlusion(lflare_gl *o, const lflare_light *l
 
 #endif /* LFLARE_NO_GL */
 
-/* >> 15 object */
+/* >> 16 object */
 
 struct lflare {
     lflare_realloc allocate;
@@ -7647,6 +8716,15 @@ struct lflare {
     lflare_frame_data frame;
     lflare_footprint *footprints;
     int32_t footprint_capacity, footprint_count;
+#ifndef LFLARE_NO_DIFFRACTION
+    uint8_t *masks[2];         /* of the tables' irises */
+    int32_t next_row, bursting;/* of the mask being built; a starburst is being made */
+    lflare_starburst bursts[2];/* what the shown tables use, and the other: remade, or found again, for the next */
+    float *burst_tables[2];
+    lflare_starburst_job job;
+    void *work;
+    size_t work_bytes;
+#endif
     lflare_lens lens;
 };
 
@@ -7659,8 +8737,13 @@ static void lflare__release(lflare *o, void *block, size_t size)
 
 LFLARE_API int32_t lflare_version(void) { return LFLARE_VERSION; }
 
+#define LFLARE__MASK_BYTES ((size_t)LFLARE_MASK_SIZE * LFLARE_MASK_SIZE)
+
 LFLARE_API void lflare_destroy(lflare *o)
 {
+#ifndef LFLARE_NO_DIFFRACTION
+    int32_t i;
+#endif
     if (o == NULL) return;
     lflare__release(o, o->lens_memory, o->size.lens);
     lflare__release(o, o->settings_memory[0], o->size.settings);
@@ -7668,6 +8751,13 @@ LFLARE_API void lflare_destroy(lflare *o)
     lflare__release(o, o->frame_memory, o->frame_bytes);
     lflare__release(o, o->overrides, o->override_bytes);
     lflare__release(o, o->footprints, sizeof(lflare_footprint) * (size_t)o->footprint_capacity);
+#ifndef LFLARE_NO_DIFFRACTION
+    for (i = 0; i < 2; i++) {
+        lflare__release(o, o->masks[i], LFLARE__MASK_BYTES);
+        lflare__release(o, o->burst_tables[i], sizeof(float) * LFLARE_STARBURST_FLOATS);
+    }
+    lflare__release(o, o->work, o->work_bytes);
+#endif
     o->allocate(o->user, o, sizeof *o, 0);
 }
 
@@ -7752,6 +8842,99 @@ LFLARE_API lflare_result lflare_create(const lflare_desc *desc, lflare **out, lf
     return LFLARE_OK;
 }
 
+static int lflare__masked(const lflare_mask_desc *d) { return d->pixels != NULL || d->dust_count != 0 || d->scratch_count != 0 || d->grating_lines != 0; }
+
+#ifndef LFLARE_NO_DIFFRACTION
+
+/* Whether settings for the iris and the starburst make sense; room for the mask. */
+static lflare_result lflare__configure_iris(lflare *o, const lflare_settings *s, lflare_error *error)
+{
+    lflare_result result;
+    if (s->starburst_size != 0 && lflare_starburst_bytes(s->starburst_size) == 0)
+        return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "starburst_size %i: give 512, 1024, 2048 or 4096, or 0 for 1024", s->starburst_size);
+    if (!lflare__masked(&s->mask)) return LFLARE_OK;
+    result = lflare_mask_check(&s->mask, error);
+    if (result != LFLARE_OK || o->masks[!o->current] != NULL) return result;
+    o->masks[!o->current] = (uint8_t *)lflare__allocate(o, LFLARE__MASK_BYTES);
+    return o->masks[!o->current] != NULL ? LFLARE_OK : lflare__fail(error, LFLARE_ERROR_MEMORY, 0, 0, "out of memory");
+}
+
+static void lflare__release_work(lflare *o)
+{
+    lflare__release(o, o->work, o->work_bytes);
+    o->work = NULL;
+    o->bursting = 0;
+}
+
+/* The starburst of the iris being configured: found again, or begun in the place that the shown tables do not use. */
+static lflare_result lflare__starburst_begin(lflare *o)
+{
+    lflare_tables *t = &o->tables[!o->current];
+    int32_t size = o->settings.starburst_size > 0 ? o->settings.starburst_size : 1024, place = o->tables[o->current].starburst == &o->bursts[0] ? 1 : 0, i;
+    uint64_t key = lflare_starburst_key(&t->iris);
+    for (i = 0; i < 2; i++)
+        if (o->bursts[i].key == key && o->bursts[i].size == size) {
+            t->starburst = &o->bursts[i];
+            return LFLARE_OK;
+        }
+    if (o->burst_tables[place] == NULL) o->burst_tables[place] = (float *)lflare__allocate(o, sizeof(float) * LFLARE_STARBURST_FLOATS);
+    o->work_bytes = lflare_starburst_bytes(size);
+    o->work = lflare__allocate(o, o->work_bytes);
+    if (o->burst_tables[place] == NULL || o->work == NULL) return LFLARE_ERROR_MEMORY;
+    t->starburst = &o->bursts[place];
+    o->bursting = 1;
+    return lflare_starburst_begin(&t->iris, size, o->burst_tables[place], o->work, &o->bursts[place], &o->job);
+}
+
+/* Part of the iris's mask, before ghosts; of the starburst, behind them. What remains of `slices` comes back in it. */
+static lflare_result lflare__mask_step(lflare *o, int32_t *slices)
+{
+    enum { ROWS = 4 };
+    lflare_tables *t = &o->tables[!o->current];
+    if (!lflare__masked(&o->settings.mask)) return LFLARE_OK;
+    for (; o->next_row < LFLARE_MASK_SIZE && *slices > 0; --*slices, o->next_row += ROWS) lflare_mask_rows(&o->settings.mask, o->masks[!o->current], o->next_row, o->next_row + ROWS);
+    if (o->next_row < LFLARE_MASK_SIZE) return LFLARE_INCOMPLETE;
+    return t->iris.mask != NULL ? LFLARE_OK : lflare_iris_set_mask(&t->iris, o->masks[!o->current]);
+}
+
+static lflare_result lflare__starburst_step(lflare *o, int32_t slices)
+{
+    lflare_result result = LFLARE_OK;
+    if (o->settings.no_starburst) return LFLARE_OK;
+    if (!o->bursting && o->tables[!o->current].starburst == NULL) result = lflare__starburst_begin(o);
+    if (o->bursting && result == LFLARE_OK) result = slices > 0 ? lflare_starburst_step(&o->job, slices) : LFLARE_INCOMPLETE;
+    if (result != LFLARE_INCOMPLETE) lflare__release_work(o);
+    return result;
+}
+
+/* The step that fails ends it: the shown tables stay, and what was allocated for others goes. */
+static lflare_result lflare__configure_failed(lflare *o, lflare_result result)
+{
+    int32_t i;
+    if (result >= 0) return result;
+    o->configuring = 0;
+    lflare__release_work(o);
+    lflare__release(o, o->overrides, o->override_bytes);
+    o->overrides = NULL;
+    o->override_bytes = 0;
+    lflare__release(o, o->masks[!o->current], LFLARE__MASK_BYTES);
+    o->masks[!o->current] = NULL;
+    o->tables[!o->current].starburst = NULL;
+    for (i = 0; i < 2; i++) {
+        if (o->bursts[i].key != 0) continue;
+        lflare__release(o, o->burst_tables[i], sizeof(float) * LFLARE_STARBURST_FLOATS);
+        o->burst_tables[i] = NULL;
+    }
+    return result;
+}
+#else
+static lflare_result lflare__configure_iris(const lflare *o, const lflare_settings *s, lflare_error *error)
+{
+    (void)o;
+    return lflare__masked(&s->mask) ? lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "this build has LFLARE_NO_DIFFRACTION: it takes no mask") : LFLARE_OK;
+}
+#endif /* LFLARE_NO_DIFFRACTION */
+
 LFLARE_API lflare_result lflare_configure_begin(lflare *o, const lflare_settings *settings, lflare_error *error)
 {
     lflare_override *copy = NULL;
@@ -7764,7 +8947,8 @@ LFLARE_API lflare_result lflare_configure_begin(lflare *o, const lflare_settings
         if (copy == NULL) return lflare__fail(error, LFLARE_ERROR_MEMORY, 0, 0, "out of memory");
         memcpy(copy, settings->overrides, bytes);
     }
-    result = lflare_tables_configure_begin(&o->lens, &o->tables[!o->current], settings, error);
+    result = lflare__configure_iris(o, settings, error);
+    if (result == LFLARE_OK) result = lflare_tables_configure_begin(&o->lens, &o->tables[!o->current], settings, error);
     if (result != LFLARE_OK) { /* what is being built stays as it is */
         lflare__release(o, copy, bytes);
         return result;
@@ -7776,18 +8960,34 @@ LFLARE_API lflare_result lflare_configure_begin(lflare *o, const lflare_settings
     o->settings.overrides = copy;
     o->next_ghost = 0;
     o->configuring = 1;
+#ifndef LFLARE_NO_DIFFRACTION
+    lflare__release_work(o);
+    o->next_row = 0;
+#endif
     return LFLARE_OK;
 }
 
 LFLARE_API lflare_result lflare_configure_step(lflare *o, int32_t ghosts)
 {
     int32_t end;
+#ifndef LFLARE_NO_DIFFRACTION
+    lflare_result result;
+#endif
     if (o == NULL || ghosts < 1) return LFLARE_ERROR_ARGUMENT;
     if (!o->configuring) return LFLARE_OK;
+#ifndef LFLARE_NO_DIFFRACTION
+    result = lflare__mask_step(o, &ghosts);
+    if (result != LFLARE_OK) return lflare__configure_failed(o, result);
+#endif
     end = ghosts < o->lens.ghost_count - o->next_ghost ? o->next_ghost + ghosts : o->lens.ghost_count;
     lflare_tables_configure_range(&o->lens, &o->tables[!o->current], &o->settings, o->next_ghost, end);
+    ghosts -= end - o->next_ghost;
     o->next_ghost = end;
     if (end < o->lens.ghost_count) return LFLARE_INCOMPLETE;
+#ifndef LFLARE_NO_DIFFRACTION
+    result = lflare__starburst_step(o, ghosts);
+    if (result != LFLARE_OK) return lflare__configure_failed(o, result);
+#endif
     lflare_tables_configure_end(&o->tables[!o->current], &o->settings);
     o->current = !o->current;
     o->configuring = 0;
@@ -7798,7 +8998,10 @@ LFLARE_API lflare_result lflare_configure_step(lflare *o, int32_t ghosts)
 LFLARE_API lflare_result lflare_configure(lflare *o, const lflare_settings *settings, lflare_error *error)
 {
     lflare_result result = lflare_configure_begin(o, settings, error);
-    return result == LFLARE_OK ? lflare_configure_step(o, INT32_MAX) : result;
+    if (result == LFLARE_OK) result = lflare_configure_step(o, INT32_MAX);
+    else return result;
+    if (result == LFLARE_ERROR_MEMORY) return lflare__fail(error, result, 0, 0, "out of memory");
+    return result == LFLARE_OK ? result : lflare__fail(error, result, 0, 0, "the mask and the blades together let nothing pass");
 }
 
 LFLARE_API lflare_result lflare_frame(lflare *o, const lflare_view *view, const lflare_light *lights, int32_t light_count)
@@ -7831,11 +9034,15 @@ LFLARE_API lflare_result lflare_render_begin(lflare *o)
 
 LFLARE_API lflare_result lflare_render_rows(const lflare *o, const lflare_image *image, int32_t begin, int32_t end)
 {
+    const lflare_tables *t = o != NULL ? &o->tables[o->current] : NULL;
+    lflare_result result;
     if (o == NULL || image == NULL) return LFLARE_ERROR_ARGUMENT;
+    result = lflare_software_starbursts(t, &o->frame, image, begin, end);
+    if (result != LFLARE_OK) return result;
 #ifndef LFLARE_NO_ABERRATION
-    if (o->tables[o->current].model == LFLARE_MODEL_POLYNOMIAL) return lflare_software_patches(&o->tables[o->current], &o->frame, image, begin, end);
+    if (t->model == LFLARE_MODEL_POLYNOMIAL) return lflare_software_patches(t, &o->frame, image, begin, end);
 #endif
-    return lflare_software_rows(o->footprints, o->footprint_count, &o->tables[o->current].iris, &o->frame, image, begin, end);
+    return lflare_software_rows(o->footprints, o->footprint_count, &t->iris, &o->frame, image, begin, end);
 }
 
 LFLARE_API lflare_result lflare_render(lflare *o, const lflare_image *image)
@@ -7901,11 +9108,13 @@ LFLARE_API lflare_result lflare_file_read(const char *path, lflare_realloc alloc
 #undef LFLARE__NM_F
 #undef LFLARE__NM_C
 #undef LFLARE__PIXEL_VARIANCE
+#undef LFLARE__MASK_BYTES
+#undef LFLARE__STARBURST_LEAST
 
 #endif /* LENSFLARE_IMPLEMENTED */
 #endif /* LENSFLARE_IMPLEMENTATION */
 
-/* >> 16 licence */
+/* >> 17 licence */
 /*
    This software is available under two licences: choose whichever you prefer.
 

@@ -1123,6 +1123,7 @@ static int command_render(int argc, char **argv)
     desc.settings.model = o.model;
     desc.settings.fnumber = o.fnumber;
     desc.settings.blades = o.blades >= 0 ? o.blades : o.ghosts_only ? 0 : 6;
+    desc.settings.no_starburst = o.ghosts_only || o.reference;
     desc.settings.blade_rotation = (float)(o.rotation * DEGREE);
     desc.settings.blade_curvature = (float)o.curvature;
     desc.settings.raw = !png;

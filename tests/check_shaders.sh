@@ -38,6 +38,7 @@ PATCH patch patch - shaders_embedded/frame.glsl
 PATCH_RIM patch patch cuts shaders_embedded/frame.glsl
 STRIP screen strip - /dev/null
 ADD screen add - /dev/null
+STARBURST starburst starburst - shaders_embedded/frame.glsl
 PROGRAMS
 done
 echo "1..$n"
