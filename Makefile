@@ -52,6 +52,9 @@ $(B)/test_%: tests/test_%.c lensflare.h $(wildcard tests/*.h) | $(B)
 $(B)/test_reference $(B)/test_aberration: $(B)/test_%: tests/test_%.c tests/oracle.h examples/reference.h lensflare.h | $(B)
 	$(CC) $(ALL) $< -o $@ -lcmocka $(THREADS) -lm
 
+$(B)/test_diffraction: tests/test_diffraction.c lensflare.h | $(B)
+	$(CC) $(ALL) $< -o $@ -lcmocka -lfftw3 -lm
+
 $(B)/test_gl: tests/test_gl.c examples/gl_host.h lensflare.h | $(B)
 	$(CC) $(ALL) $< -o $@ -lcmocka -lEGL -lGL -lm
 

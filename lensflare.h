@@ -197,7 +197,7 @@
    BLEND_DST_RGB, BLEND_SRC_ALPHA, BLEND_DST_ALPHA, BLEND_EQUATION_RGB, BLEND_EQUATION_ALPHA, CURRENT_PROGRAM,
    VERTEX_ARRAY_BINDING, ARRAY_BUFFER_BINDING, UNIFORM_BUFFER_BINDING, PIXEL_UNPACK_BUFFER_BINDING, UNPACK_ALIGNMENT,
    UNPACK_SWAP_BYTES (not in ES), UNPACK_ROW_LENGTH, UNPACK_SKIP_ROWS, UNPACK_SKIP_PIXELS, in WebGL alone UNPACK_FLIP_Y_WEBGL and
-   UNPACK_PREMULTIPLY_ALPHA_WEBGL, DRAW_FRAMEBUFFER_BINDING, VIEWPORT, ACTIVE_TEXTURE; 2D texture and sampler of units 0 to 2; uniform buffer 0 with its range.
+   UNPACK_PREMULTIPLY_ALPHA_WEBGL, DRAW_FRAMEBUFFER_BINDING, VIEWPORT, ACTIVE_TEXTURE; 2D texture and sampler of units 0 to 3; uniform buffer 0 with its range.
    lflare_gl_draw and lflare_gl_add_half leave framebuffer, viewport and scissor to the caller and so never change them; with
    no_restore lflare_gl_draw_half and lflare_gl_occlusion leave their own bound. Colour mask and blending are those of draw
    buffer 0, put back to all draw buffers. sRGB encoding on write stays the caller's. No transform feedback may be active.
@@ -473,7 +473,7 @@ typedef struct lflare_iris {
     float softness;      /* edges fade over so much on either side, in radii; 0 = sharp */
     int32_t blade_count; /* 0 = round */
     lflare_blade blades[LFLARE_MAX_BLADES];
-    const uint8_t *mask; /* of LFLARE_MASK_SIZE^2 bytes, multiplies what blades leave open; NULL = none: see lflare_iris_set_mask */
+    const uint8_t *mask; /* of LFLARE_MASK_BYTES, multiplies what blades leave open; NULL = none: see lflare_iris_set_mask */
 } lflare_iris;
 
 /* Iris at f-number N: radius min(|A11| EFL / 2N, the stop's own) (P 6); N = 0 is the lens's. blades 0 or 3 to 16; rotation
@@ -481,17 +481,20 @@ typedef struct lflare_iris {
 LFLARE_API lflare_result lflare_iris_make(const lflare_lens *lens, double fnumber, int32_t blades, double rotation, double curvature,
                                           lflare_iris *out, double *fnumber_effective);
 
+/* Masks: bytes of a picture of LFLARE_MASK_SIZE x LFLARE_MASK_SIZE and of its halves down to one texel, one after the other. */
+enum { LFLARE_MASK_SIZE = 512, LFLARE_MASK_LEVELS = 10 };
+#define LFLARE_MASK_BYTES (((size_t)4 * LFLARE_MASK_SIZE * LFLARE_MASK_SIZE - 1) / 3)
+
 /* Power that passes at a point of the stop plane, in units of the iris's radius; edges fade over +-soft besides its softness. */
 LFLARE_API float lflare_iris_transmission(const lflare_iris *iris, float x, float y, float soft);
 
 /* ---- diffraction (not with LFLARE_NO_DIFFRACTION) ---- */
 
 enum {
-    LFLARE_MASK_SIZE = 512,         /* of an iris's mask */
     LFLARE_MAX_MASK = 4096,         /* of a caller's image for it, either way */
     LFLARE_MAX_MARKS = 4096,        /* specks of dust, or scratches */
-    LFLARE_STARBURST_ROWS = 160,    /* distances, LFLARE_STARBURST_OCTAVE to a doubling, from 1/4 on */
-    LFLARE_STARBURST_OCTAVE = 16,
+    LFLARE_STARBURST_ROWS = 168,    /* distances, LFLARE_STARBURST_OCTAVE to a doubling, from 1/16 on */
+    LFLARE_STARBURST_OCTAVE = 14,
     LFLARE_STARBURST_BINS = 512,    /* angles of half a turn: the other half is the same */
     LFLARE_STARBURST_LEVELS = 7,    /* of blur: none; over about a bin; then each twice as far, in half as many bins */
     LFLARE_STARBURST_COLUMNS = 1536,/* all levels' bins with their neighbours round the corner, then the row's mean twice */
@@ -522,9 +525,9 @@ LFLARE_API lflare_result lflare_mask_check(const lflare_mask_desc *desc, lflare_
    all passes. About 5 us a row, and 1 ns a pixel of the image that falls on it. */
 LFLARE_API void lflare_mask_rows(const lflare_mask_desc *desc, uint8_t *out, int32_t begin, int32_t end);
 
-/* Puts a whole mask into an iris that has none, which points to it from then on and whose open area it reduces.
-   LFLARE_ERROR_ARGUMENT if nothing passes. */
-LFLARE_API lflare_result lflare_iris_set_mask(lflare_iris *iris, const uint8_t *mask);
+/* Puts a mask of LFLARE_MASK_BYTES, of which the largest picture's rows are made, into an iris that has none, which points to it from
+   then on and whose open area it reduces; makes the smaller pictures. LFLARE_ERROR_ARGUMENT if nothing passes. 7 ms. */
+LFLARE_API lflare_result lflare_iris_set_mask(lflare_iris *iris, uint8_t *mask);
 
 /* The image that a point of light gets from diffraction at an iris (Fraunhofer; H 3.3, P 9), for white light of the same power at all
    wavelengths, linear sRGB, of flux 1 in each channel. Lengths are in units of 550 nm times the f-number (EFL over the diameter of
@@ -786,8 +789,8 @@ typedef struct lflare_tables {
     float starburst_gain[LFLARE_WAVELENGTHS]; /* irradiance on the sensor, for a light of 1, over what lflare_starburst_at gives */
     float streak_gain[LFLARE_WAVELENGTHS];    /* flux in the streak for a light of 1, mm^2 */
     float streak_half[2];   /* half of length and thickness, mm; 0 = none */
-    uint64_t lens_hash, settings_hash, mesh_hash; /* of head and rims; of field and style; of what the meshes come from; by
-                               configure_end: upload anew what changed */
+    uint64_t lens_hash, settings_hash, mesh_hash, mask_hash; /* of head and rims; of field and style; of what the meshes come from;
+                               of the iris's mask, 0 without one; by configure_end: upload anew what changed */
 } lflare_tables;
 
 /* Bytes of the lens's and of the settings' arrays. Several settings may share one lens part. */
@@ -2768,25 +2771,41 @@ static float lflare__iris_outline(const lflare_iris *iris, float x, float y, flo
     return lflare__both(&cuts);
 }
 
-/* What the mask leaves of a point, between its texels linearly; 0 beyond it, 1 without one. */
-static float lflare__iris_mask(const lflare_iris *iris, float x, float y)
+/* One level of the mask, between its texels linearly. */
+static float lflare__mask_level(const uint8_t *mask, int32_t level, float x, float y)
 {
-    const float half = 0.5f * LFLARE_MASK_SIZE;
-    float fx = lflare__minf(lflare__maxf((x + 1) * half - 0.5f, 0), LFLARE_MASK_SIZE - 1.001f), fy = lflare__minf(lflare__maxf((y + 1) * half - 0.5f, 0), LFLARE_MASK_SIZE - 1.001f), low, high;
-    const uint8_t *at;
-    if (iris->mask == NULL) return 1;
-    at = iris->mask + (size_t)fy * LFLARE_MASK_SIZE + (size_t)fx;
-    fx -= floorf(fx);
-    fy -= floorf(fy);
-    low = (float)at[0] + fx * (float)(at[1] - at[0]);
-    high = (float)at[LFLARE_MASK_SIZE] + fx * (float)(at[LFLARE_MASK_SIZE + 1] - at[LFLARE_MASK_SIZE]);
+    int32_t size = LFLARE_MASK_SIZE >> level, i, ix, iy, right, up;
+    float half = 0.5f * (float)size, fx = lflare__minf(lflare__maxf((x + 1) * half - 0.5f, 0), (float)(size - 1)), fy = lflare__minf(lflare__maxf((y + 1) * half - 0.5f, 0), (float)(size - 1)), low, high;
+    for (i = 0; i < level; i++) mask += (size_t)(LFLARE_MASK_SIZE >> i) * (size_t)(LFLARE_MASK_SIZE >> i);
+    ix = (int32_t)fx;
+    iy = (int32_t)fy;
+    right = ix + 1 < size;
+    up = iy + 1 < size ? size : 0;
+    mask += iy * size + ix;
+    fx -= (float)ix;
+    fy -= (float)iy;
+    low = (float)mask[0] + fx * (float)(mask[right] - mask[0]);
+    high = (float)mask[up] + fx * (float)(mask[up + right] - mask[up]);
     return (low + fy * (high - low)) / 255;
+}
+
+/* The level on which the mask is as coarse as edges that fade over +-soft: their density's spread is that of a box 1.55 times as wide. */
+static float lflare__mask_lod(float soft) { return lflare__minf(lflare__maxf(log2f(1.55f * soft * (0.5f * LFLARE_MASK_SIZE)), 0), LFLARE_MASK_LEVELS - 1); }
+
+/* What the mask leaves of a point, 1 without one. */
+static float lflare__iris_mask(const lflare_iris *iris, float x, float y, float lod)
+{
+    int32_t level = (int32_t)lflare__minf(lod, LFLARE_MASK_LEVELS - 2);
+    float fine, share = lod - (float)level;
+    if (iris->mask == NULL) return 1;
+    fine = share < 1 ? lflare__mask_level(iris->mask, level, x, y) : 0;
+    return share > 0 ? fine + share * (lflare__mask_level(iris->mask, level + 1, x, y) - fine) : fine;
 }
 
 LFLARE_API float lflare_iris_transmission(const lflare_iris *iris, float x, float y, float soft)
 {
     float open = lflare__iris_outline(iris, x, y, soft);
-    return open > 0 ? open * lflare__iris_mask(iris, x, y) : 0;
+    return open > 0 ? open * lflare__iris_mask(iris, x, y, lflare__mask_lod(soft)) : 0;
 }
 
 /* Tells two arrays of rows apart by content: addresses and counters come again when objects do. Even numbers of floats. */
@@ -2800,6 +2819,19 @@ static uint64_t lflare__hash(const float *a, size_t a_count, const float *b, siz
         hash ^= hash >> 32;
     }
     return hash;
+}
+
+/* 0 without a mask. */
+static uint64_t lflare__mask_hash(const lflare_iris *iris)
+{
+    uint64_t hash = 1, part;
+    size_t i;
+    for (i = 0; iris->mask != NULL && i < (size_t)LFLARE_MASK_SIZE * LFLARE_MASK_SIZE; i += sizeof part) {
+        memcpy(&part, iris->mask + i, sizeof part);
+        hash = (hash ^ part) * 0x9E3779B97F4A7C15u;
+        hash ^= hash >> 32;
+    }
+    return iris->mask != NULL ? hash | 1 : 0;
 }
 
 /* >> 9 diffraction */
@@ -2918,11 +2950,12 @@ LFLARE_API void lflare_mask_rows(const lflare_mask_desc *d, uint8_t *out, int32_
     }
 }
 
-LFLARE_API lflare_result lflare_iris_set_mask(lflare_iris *iris, const uint8_t *mask)
+LFLARE_API lflare_result lflare_iris_set_mask(lflare_iris *iris, uint8_t *mask)
 {
     const float texel = 2.0f / LFLARE_MASK_SIZE;
     double open = 0, all = 0;
-    int32_t i, j;
+    int32_t i, j, size;
+    uint8_t *fine = mask, *coarse;
     if (iris == NULL || mask == NULL || iris->mask != NULL) return LFLARE_ERROR_ARGUMENT;
     for (j = 0; j < LFLARE_MASK_SIZE; j++)
         for (i = 0; i < LFLARE_MASK_SIZE; i++) {
@@ -2931,6 +2964,15 @@ LFLARE_API lflare_result lflare_iris_set_mask(lflare_iris *iris, const uint8_t *
             open += within * mask[(size_t)j * LFLARE_MASK_SIZE + (size_t)i] / 255;
         }
     if (!(open > 1e-6 * all)) return LFLARE_ERROR_ARGUMENT;
+    for (size = LFLARE_MASK_SIZE; size > 1; size /= 2) {
+        coarse = fine + (size_t)size * (size_t)size;
+        for (j = 0; j < size / 2; j++)
+            for (i = 0; i < size / 2; i++) {
+                const uint8_t *at = fine + 2 * ((size_t)j * (size_t)size + (size_t)i);
+                coarse[j * (size / 2) + i] = (uint8_t)((at[0] + at[1] + at[size] + at[size + 1] + 2) / 4);
+            }
+        fine = coarse;
+    }
     iris->mask = mask;
     iris->area *= (float)(open / all);
     return LFLARE_OK;
@@ -3095,17 +3137,19 @@ static const int32_t lflare__cie[3][LFLARE__CIE_COUNT] = {
 
 static const double lflare__to_srgb[3][3] = {{3.2404542, -1.5371385, -0.4985314}, {-0.9692660, 1.8760108, 0.0415560}, {0.0556434, -0.2040259, 1.0572252}};
 
-/* Linear sRGB of equal power at 380 + 5 i nm, each channel's sum over all being 1. */
+/* Linear sRGB of equal power at 380 + 5 i nm, each channel's sum over all being 1. Pure colours that sRGB lacks are brought into it:
+   channels below 0 would leave rings without any red, which no exposure hides. */
 static double lflare__channel_weight(int32_t k, int32_t i)
 {
     double value = 0, sum = 0;
     int32_t j, c;
-    for (c = 0; c < 3; c++)
-        for (j = 0; j < LFLARE__CIE_COUNT; j++) {
-            double part = lflare__to_srgb[k][c] * lflare__cie[c][j];
-            sum += part;
-            if (j == i) value += part;
-        }
+    for (j = 0; j < LFLARE__CIE_COUNT; j++) {
+        double part = 0;
+        for (c = 0; c < 3; c++) part += lflare__to_srgb[k][c] * lflare__cie[c][j];
+        part = lflare__max(part, 0);
+        sum += part;
+        if (j == i) value = part;
+    }
     return value / sum;
 }
 
@@ -3116,7 +3160,7 @@ enum {
     LFLARE__CORE_REACH = 8,    /* and used up to this distance */
     LFLARE__MARGIN = 4         /* texels beside the iris in the picture that is transformed */
 };
-static const double lflare__starburst_first = 0.25, lflare__starburst_nm = 550;
+static const double lflare__starburst_first = 0.0625, lflare__starburst_nm = 550;
 
 enum {
     LFLARE__BURST_PICTURE, LFLARE__BURST_ROWS, LFLARE__BURST_COLUMNS, LFLARE__BURST_POLAR, LFLARE__BURST_CORE_ROWS, LFLARE__BURST_CORE_COLUMNS,
@@ -3157,18 +3201,14 @@ static double lflare__burst_reach(const lflare_starburst_job *job) { return 0.35
 LFLARE_API uint64_t lflare_starburst_key(const lflare_iris *iris)
 {
     float shape[4 + 4 * LFLARE_MAX_BLADES];
-    uint64_t key, part;
-    size_t i;
+    uint64_t key;
     memset(shape, 0, sizeof shape);
     shape[0] = (float)iris->blade_count;
     shape[1] = iris->softness;
     memcpy(shape + 4, iris->blades, sizeof(lflare_blade) * (size_t)iris->blade_count);
     key = lflare__hash(shape, 4 + 4 * LFLARE_MAX_BLADES, NULL, 0);
-    for (i = 0; iris->mask != NULL && i < (size_t)LFLARE_MASK_SIZE * LFLARE_MASK_SIZE; i += sizeof part) {
-        memcpy(&part, iris->mask + i, sizeof part);
-        key = (key ^ part) * 0x9E3779B97F4A7C15u;
-        key ^= key >> 32;
-    }
+    key = (key ^ lflare__mask_hash(iris)) * 0x9E3779B97F4A7C15u;
+    key ^= key >> 32;
     return key | 1;
 }
 
@@ -3235,7 +3275,7 @@ static void lflare__burst_picture(lflare_starburst_job *job, int32_t slice)
         for (i = 0; i < job->across; i++) {
             float x = texel * ((float)i - middle), y = texel * ((float)j - middle), power = lflare__iris_outline(job->iris, x, y, texel);
             /* the mean amplitude of a texel that an edge crosses is the share that is open; elsewhere that of power is its square */
-            row[i] = (soft ? sqrtf(power) : power) * sqrtf(power > 0 ? lflare__iris_mask(job->iris, x, y) : 0);
+            row[i] = (soft ? sqrtf(power) : power) * sqrtf(power > 0 ? lflare__iris_mask(job->iris, x, y, 0) : 0);
             core[i / LFLARE__CORE_SHRINK] += row[i];
             job->energy += (double)row[i] * (double)row[i];
         }
@@ -3249,7 +3289,7 @@ static double lflare__burst_response(double cycles)
     return x > 1e-2 ? 3 * (sin(x) - x * cos(x)) / (x * x * x) : 1 - 0.1 * x * x;
 }
 
-/* One distance: means over cells of a sixteenth of an octave and a bin, as flux per area. */
+/* One distance: means over cells of a row and a bin, as flux per area. */
 static void lflare__burst_polar(lflare_starburst_job *job, int32_t row, int core)
 {
     lflare__transform t = lflare__burst_transform(job, core);
@@ -3324,10 +3364,7 @@ static void lflare__burst_fold(lflare_starburst_job *job, int32_t row)
             const float *raw = job->raw + (size_t)(row + j > 9 ? row + j - 9 : 0) * LFLARE_STARBURST_BINS;
             for (i = 0; i < LFLARE_STARBURST_BINS && job->kernel[k][j] != 0; i++) job->row[i] += job->kernel[k][j] * raw[i];
         }
-        for (i = 0; i < LFLARE_STARBURST_BINS; i++) {
-            job->row[i] = lflare__maxf(job->row[i], 0); /* pure colours that sRGB lacks */
-            mean += (double)job->row[i] / LFLARE_STARBURST_BINS;
-        }
+        for (i = 0; i < LFLARE_STARBURST_BINS; i++) mean += (double)job->row[i] / LFLARE_STARBURST_BINS;
         for (i = 0; i < LFLARE_STARBURST_BINS; i++) {
             float share = mean > 0 ? (float)((double)job->row[i] / mean) : 1;
             bins[4 * i + k] = share;
@@ -3359,7 +3396,7 @@ static void lflare__burst_normalise(lflare_starburst_job *job)
 /* A quarter of the samples of one disc: the flux in it, over rings about the light's image of which it cuts out arcs. */
 static void lflare__burst_radial(lflare_starburst_job *job, int32_t slice)
 {
-    enum { QUARTER = (LFLARE_STARBURST_SAMPLES + 3) / 4, BEYOND = 80 };
+    enum { QUARTER = (LFLARE_STARBURST_SAMPLES + 3) / 4, BEYOND = 70, PARTS = 8 };
     const lflare_starburst *s = job->out;
     int32_t size = slice / 4, i, row, k, part, end = (slice % 4 + 1) * QUARTER < LFLARE_STARBURST_SAMPLES ? (slice % 4 + 1) * QUARTER : LFLARE_STARBURST_SAMPLES;
     double radius = ldexp(1, size - 3);
@@ -3370,10 +3407,11 @@ static void lflare__burst_radial(lflare_starburst_job *job, int32_t slice)
             double low = row > 0 ? lflare__row_distance(row - 0.5) : 0, high = lflare__row_distance(row + 0.5), share = 0, q;
             if (low > distance + radius) break;
             if (high < distance - radius) continue;
-            for (part = 0; part < 2; part++) {
-                double r = low + (high - low) * (0.25 + 0.5 * part), cosine = (r * r + distance * distance - radius * radius) / lflare__max(2 * r * distance, 1e-9);
-                share += cosine <= -1 ? 0.5 : cosine >= 1 ? 0 : 0.5 / LFLARE__PI * acos(cosine);
+            for (part = 0; part < (row == 0 ? PARTS : 2); part++) { /* rings of equal areas */
+                double r = sqrt(low * low + (high * high - low * low) * (part + 0.5) / (row == 0 ? PARTS : 2)), cosine = (r * r + distance * distance - radius * radius) / lflare__max(2 * r * distance, 1e-9);
+                share += cosine <= -1 ? 1 : cosine >= 1 ? 0 : acos(cosine) / LFLARE__PI;
             }
+            share /= row == 0 ? PARTS : 2;
             q = lflare__row_distance(row);
             for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
                 double mean = row < LFLARE_STARBURST_ROWS ? (double)lflare__burst_mean(s, row)[k] / ((1 + q) * (1 + q) * (1 + q)) : (double)s->tail[k] / (q * q * q);
@@ -3455,7 +3493,7 @@ LFLARE_API void lflare_starburst_at(const lflare_starburst *s, float x, float y,
     blur = lflare__maxf(blur, 0.125f);
     distance = lflare__maxf(sqrtf(x * x + y * y), 1e-3f);
     relative = distance / blur;
-    row = lflare__minf(lflare__maxf(LFLARE_STARBURST_OCTAVE * log2f(4 * distance), 0), LFLARE_STARBURST_ROWS - 1);
+    row = lflare__minf(lflare__maxf(LFLARE_STARBURST_OCTAVE * log2f(16 * distance), 0), LFLARE_STARBURST_ROWS - 1);
     turn = atan2f(y, x) / 3.14159265f; /* half turns */
     turn -= floorf(turn);
     level = lflare__maxf(1 + log2f(0.382f / (relative * bin)), 0); /* which blurs as much as the disc does, seen from the image */
@@ -3474,7 +3512,7 @@ LFLARE_API void lflare_starburst_at(const lflare_starburst *s, float x, float y,
             mean = lflare__burst_mean(s, i)[k];
             mean += (row - (float)i) * (lflare__burst_mean(s, i + 1)[k] - mean);
             mean = row < LFLARE_STARBURST_ROWS - 1 ? mean / (q * q * q) : s->tail[k] / (distance * distance * distance);
-            mean *= far * (1 + 1.125f / (relative * relative)); /* what a disc sees of a cube's fall */
+            mean *= far * (1 + 1.125f / (relative * relative) * (distance / q) * (distance / q)); /* what a disc sees of a cube's fall */
         }
         if (far < 1) {
             const float *a;
@@ -6015,6 +6053,7 @@ LFLARE_API void lflare_tables_configure_end(lflare_tables *t, const lflare_setti
     t->lens_hash = lflare__hash(t->head, ghosts * LFLARE_HEAD_FLOATS, t->rims, ghosts * LFLARE_MAX_RIMS * LFLARE_RIM_FLOATS);
     t->settings_hash = lflare__hash(t->field, ghosts * LFLARE_FIELD_SAMPLES * LFLARE_FIELD_FLOATS, t->style, ghosts * LFLARE_STYLE_FLOATS);
     t->mesh_hash = 0;
+    t->mask_hash = lflare__mask_hash(&t->iris);
 #ifndef LFLARE_NO_ABERRATION
     if (t->model == LFLARE_MODEL_POLYNOMIAL) {
         float iris[2];
@@ -6086,10 +6125,11 @@ static float lflare__image_blur(const lflare_tables *t, const lflare_frame_light
     return sqrtf(lamp * lamp + 0.318f * pixel * pixel);
 }
 
+/* Half of it, of a profile (1 - u^2)^2, whose variance is a seventh of its half width squared. */
 static float lflare__streak_thickness(const lflare_tables *t, const lflare_frame_light *l, float pixel)
 {
     float lamp = t->efl * l->angular_radius;
-    return sqrtf(t->streak_half[1] * t->streak_half[1] + 5 * (LFLARE__PIXEL_VARIANCE * pixel * pixel + 0.25f * lamp * lamp));
+    return sqrtf(t->streak_half[1] * t->streak_half[1] + 7 * (LFLARE__PIXEL_VARIANCE * pixel * pixel + 0.25f * lamp * lamp));
 }
 
 /* How far a light's starburst and streak are drawn: the first to where all of its angles fall below LFLARE__STARBURST_LEAST of the ghosts'
@@ -6249,6 +6289,7 @@ static void lflare__footprint_edges(const lflare_tables *t, int32_t g, const lfl
     float depth[LFLARE_MAX_EDGES], middle, reach;
     int32_t count = 1, i, k, smallest = 0;
     e[0] = lflare__edge_make(head, t->iris.radius, head, d, s, l, pixel);
+    for (k = 0; k < LFLARE_WAVELENGTHS && t->iris.softness > 0; k++) e[0].soft[k] = sqrtf(e[0].soft[k] * e[0].soft[k] + t->iris.softness * t->iris.softness);
     if (s->binding & 1) e[count++] = lflare__edge_make(pupil, t->entrance_radius, head, d, s, l, pixel);
     for (i = 0; i < LFLARE_MAX_RIMS; i++, rim += LFLARE_RIM_FLOATS)
         if (s->binding >> (i + 1) & 1) e[count++] = lflare__edge_make(rim, rim[2], head, d, s, l, pixel);
@@ -6409,6 +6450,7 @@ typedef struct lflare__patch_shape {
     float gain;               /* for soft edges that light more than the ghost's area */
     float shift[2], middle, entrance; /* of the centre: sensor, mirror plane; mm */
     float pixel, grid;        /* mm; its variance, mm^2 */
+    float softness;           /* of the iris, in its radii */
 } lflare__patch_shape;
 
 /* Width over which an edge fades that a lamp of one radian would blur by `lamp` mm. */
@@ -6458,6 +6500,7 @@ static void lflare__patch_band(const lflare__mesh_view *v, const lflare__patch_s
     int32_t last = v->floats - 1, lamp = v->floats == LFLARE__MESH_SPLIT ? 7 : 18;
     float rate = p->style[3] * lflare__mesh_float(v, v->rings - 1, direction, last, 0) + fabsf(p->grown) * v->knots[2];
     float soft = 1.1f * lflare__maxf(iris_soft, lflare__patch_soft(p, lflare__mesh_float(v, v->rings, direction, lamp, 0))) / lflare__maxf(rate, 1.5f * p->pixel); /* see lflare__cut_slope */
+    soft += p->softness;
     *begin = (float)v->rings * lflare__maxf(lflare__mesh_float(v, v->rings, direction, last, 0) - soft - 0.01f, 0);
     *end = (float)v->rings * (1 + soft + 1.2f * lflare__mesh_float(v, 0, direction, last, 0)); /* heights grow by about 1 on the way */
 }
@@ -6486,6 +6529,7 @@ LFLARE_API int32_t lflare_patch_resolve(const lflare_tables *t, const lflare_fra
     if (!lflare__mesh_view_make(t, instance.ghost, mesh, l->field_angle, &v)) return 0;
     p.light = l;
     p.style = t->style + (size_t)instance.ghost * LFLARE_STYLE_FLOATS;
+    p.softness = t->iris.softness;
     p.pixel = f->pixel;
     p.grid = LFLARE__PIXEL_VARIANCE * f->pixel * f->pixel;
     out->iris_soft = lflare__patch_soft(&p, v.knots[1]);
@@ -6539,7 +6583,9 @@ static float lflare__coverage(const lflare_footprint *fp, int32_t k, const lflar
         ay = e->gain[k] * dy + e->offset[k] * fp->axis[1];
         lflare__cut_circle(&cuts, ax, ay, 1, e->soft[k], e->gain[k] < 0 ? -1.0f : 1.0f);
     }
-    return lflare__both(&cuts);
+    if (iris->mask == NULL) return lflare__both(&cuts);
+    e = fp->edges;
+    return lflare__both(&cuts) * lflare__iris_mask(iris, e->gain[k] * dx + e->offset[k] * fp->axis[0], e->gain[k] * dy + e->offset[k] * fp->axis[1], lflare__mask_lod(e->soft[k]));
 }
 
 LFLARE_API float lflare_footprint_coverage(const lflare_footprint *fp, int32_t channel, const lflare_iris *iris, float x, float y)
@@ -6608,6 +6654,8 @@ typedef struct lflare__row_shape {
     lflare__cutter cutters[LFLARE_MAX_BLADES + LFLARE_MAX_EDGES];
     int32_t count;
     lflare__span outer, inner;
+    const lflare_iris *masked; /* NULL: no mask */
+    lflare__cutter iris;       /* where the row meets it */
 } lflare__row_shape;
 
 static int lflare__row_add(lflare__row_shape *r)
@@ -6625,6 +6673,7 @@ static int lflare__row_shape_make(const lflare_footprint *fp, int32_t channel, c
 {
     int32_t i, k;
     r->count = 0;
+    r->masked = iris->mask != NULL ? iris : NULL;
     for (i = 0; i < fp->edge_count; i++) {
         const lflare_edge *e = &fp->edges[i];
         double gain = (double)e->gain[channel], offset = (double)e->offset[channel];
@@ -6638,6 +6687,7 @@ static int lflare__row_shape_make(const lflare_footprint *fp, int32_t channel, c
         edge.sign = gain < 0 ? -1.0f : 1.0f;
         edge.nx = edge.ny = 0;
         edge.line = 0;
+        if (i == 0) r->iris = edge;
         if (i > 0 || iris->blade_count == 0) {
             r->cutters[r->count] = edge;
             if (!lflare__row_add(r)) return 0;
@@ -6665,10 +6715,11 @@ static int lflare__row_shape_make(const lflare_footprint *fp, int32_t channel, c
 static void lflare__row_soft(const lflare__row_shape *r, int32_t from, int32_t to, float irradiance, float *pixels)
 {
     const lflare__cutter *active[LFLARE_MAX_BLADES + LFLARE_MAX_EDGES];
+    float lod = r->masked != NULL ? lflare__mask_lod((float)r->iris.soft) : 0, open = 1;
     int32_t count = 0, i, x;
     for (i = 0; i < r->count; i++)
         if (r->cutters[i].inner.lo > from || r->cutters[i].inner.hi < to - 1) active[count++] = &r->cutters[i];
-    if (count == 1 && !active[0]->line) { /* the usual case, kept simple enough to be vectorised */
+    if (count == 1 && !active[0]->line && r->masked == NULL) { /* the usual case, kept simple enough to be vectorised */
         float x0 = (float)active[0]->x0, step = (float)active[0]->step, y2 = (float)(active[0]->y * active[0]->y), inv = (float)(1 / active[0]->soft);
         float radius = (float)active[0]->radius;
         for (x = from; x < to; x++) {
@@ -6689,7 +6740,8 @@ static void lflare__row_soft(const lflare__row_shape *r, int32_t from, int32_t t
                 lflare__cut_circle(&cuts, ax, ay, (float)c->radius, (float)c->soft, c->sign);
             }
         }
-        pixels[(ptrdiff_t)4 * (x - from)] += irradiance * lflare__both(&cuts);
+        if (r->masked != NULL) open = lflare__iris_mask(r->masked, (float)(r->iris.x0 + r->iris.step * x), (float)r->iris.y, lod);
+        pixels[(ptrdiff_t)4 * (x - from)] += irradiance * open * lflare__both(&cuts);
     }
 }
 
@@ -6738,7 +6790,7 @@ static void lflare__row_channel(const lflare_footprint *fp, int32_t k, const lfl
     end = (int32_t)lflare__min(ceil(r.outer.hi) + 1, to);
     full = rest = end;
     r.inner = lflare__common(r.inner, r.outer);
-    if (r.inner.lo <= r.inner.hi) { /* rounded inwards */
+    if (r.inner.lo <= r.inner.hi && iris->mask == NULL) { /* rounded inwards */
         full = (int32_t)lflare__max(ceil(r.inner.lo), begin);
         rest = (int32_t)lflare__min(floor(r.inner.hi) + 1, end);
         if (full >= rest) full = rest = end;
@@ -6890,14 +6942,14 @@ static float lflare__plane_at(const lflare__plane *p, float x, float y) { return
 
 /* An edge where the height, `over` beyond it, grows by (gx, gy) a pixel. Next to caustics heights race: a fade as wide as that would
    light what the iris stops. */
-static void lflare__cut_slope(lflare__cuts *cuts, float over, float gx, float gy, float soft)
+static void lflare__cut_slope(lflare__cuts *cuts, float over, float gx, float gy, float soft, float softness)
 {
-    float g = lflare__maxf(sqrtf(gx * gx + gy * gy), 1e-20f), t = -over / (soft * lflare__minf(g, 0.6f));
+    float g = lflare__maxf(sqrtf(gx * gx + gy * gy), 1e-20f), width = soft * lflare__minf(g, 0.6f), t = -over / sqrtf(width * width + softness * softness);
     if (t < 1) lflare__cut(cuts, lflare_edge_coverage(t), -gx / g, -gy / g);
 }
 
 /* The iris's edge: a circle of `radius` about -(ox, oy), or with a radius of 0 the line n.h = distance. */
-static void lflare__cut_iris(lflare__cuts *cuts, const lflare__plane *h, const lflare_blade *b, float hx, float hy, float soft)
+static void lflare__cut_iris(lflare__cuts *cuts, const lflare__plane *h, const lflare_blade *b, float hx, float hy, float soft, float softness)
 {
     if (b->arc > 0) {
         float length, inv;
@@ -6905,9 +6957,9 @@ static void lflare__cut_iris(lflare__cuts *cuts, const lflare__plane *h, const l
         hy += b->ny * b->distance;
         length = sqrtf(hx * hx + hy * hy);
         inv = 1 / lflare__maxf(length, 1e-20f);
-        lflare__cut_slope(cuts, length - b->arc, (hx * h[0].dx + hy * h[1].dx) * inv, (hx * h[0].dy + hy * h[1].dy) * inv, soft);
+        lflare__cut_slope(cuts, length - b->arc, (hx * h[0].dx + hy * h[1].dx) * inv, (hx * h[0].dy + hy * h[1].dy) * inv, soft, softness);
     } else {
-        lflare__cut_slope(cuts, b->nx * hx + b->ny * hy - b->distance, b->nx * h[0].dx + b->ny * h[1].dx, b->nx * h[0].dy + b->ny * h[1].dy, soft);
+        lflare__cut_slope(cuts, b->nx * hx + b->ny * hy - b->distance, b->nx * h[0].dx + b->ny * h[1].dx, b->nx * h[0].dy + b->ny * h[1].dy, soft, softness);
     }
 }
 
@@ -6918,13 +6970,18 @@ static float lflare__rim_coverage(const lflare__triangle *t, int32_t k, float ir
     lflare__cuts cuts = {{1, 1}, {0, 0}, {0, 0}};
     float hx = lflare__plane_at(&t->iris[k][0], x, y), hy = lflare__plane_at(&t->iris[k][1], x, y), turn, bulge, bend;
     int32_t i;
-    for (i = 0; i < iris->blade_count; i++) lflare__cut_iris(&cuts, t->iris[k], &iris->blades[i], hx, hy, iris_soft);
-    if (iris->blade_count == 0) lflare__cut_iris(&cuts, t->iris[k], &round, hx, hy, iris_soft);
+    for (i = 0; i < iris->blade_count; i++) lflare__cut_iris(&cuts, t->iris[k], &iris->blades[i], hx, hy, iris_soft, iris->softness);
+    if (iris->blade_count == 0) lflare__cut_iris(&cuts, t->iris[k], &round, hx, hy, iris_soft, iris->softness);
     turn = lflare__plane_at(&t->turn, x, y);
     bulge = 4 * lflare__plane_at(&t->bulge, x, y);
     bend = bulge * (1 - 2 * turn);
     lflare__cut_slope(&cuts, lflare__plane_at(&t->rim[k], x, y) - 1 - bulge * turn * (1 - turn), t->rim[k].dx - bend * t->turn.dx, t->rim[k].dy - bend * t->turn.dy,
-                      lflare__plane_at(&t->rim_soft, x, y));
+                      lflare__plane_at(&t->rim_soft, x, y), 0);
+    if (iris->mask != NULL) {
+        const lflare__plane *h = t->iris[k];
+        float slope = sqrtf(0.5f * (h[0].dx * h[0].dx + h[0].dy * h[0].dy + h[1].dx * h[1].dx + h[1].dy * h[1].dy));
+        return lflare__both(&cuts) * lflare__iris_mask(iris, hx, hy, lflare__mask_lod(iris_soft * lflare__minf(slope, 0.6f)));
+    }
     return lflare__both(&cuts);
 }
 
@@ -7078,7 +7135,8 @@ LFLARE_API lflare_result lflare_software_patches(const lflare_tables *t, const l
     if (image->width != f->width || image->height != f->height || begin < 0 || end > image->height) return LFLARE_ERROR_ARGUMENT;
     for (i = 0; i < f->instance_count; i++) {
         if (!lflare_patch_resolve(t, f, f->instances[i], &patch)) continue;
-        for (k = 0; k + 1 < LFLARE_PATCH_RINGS; k++) lflare__quads_draw(patch.inside[k], patch.inside[k + 1], f, &t->iris, 0, image, begin, end);
+        for (k = 0; k + 1 < LFLARE_PATCH_RINGS; k++) /* a mask is looked up everywhere */
+            lflare__quads_draw(patch.inside[k], patch.inside[k + 1], f, &t->iris, t->iris.mask != NULL ? patch.iris_soft / f->pixel : 0, image, begin, end);
         for (k = 0; k + 1 < LFLARE_PATCH_BANDS && patch.rimmed; k++)
             lflare__quads_draw(patch.rim[k], patch.rim[k + 1], f, &t->iris, patch.iris_soft / f->pixel, image, begin, end);
     }
@@ -7092,9 +7150,9 @@ LFLARE_API lflare_result lflare_software_patches(const lflare_tables *t, const l
 /* One row of a light's streak: `y` from its middle, `half` its thickness, mm. */
 static void lflare__streak_row(const lflare_tables *t, const lflare_frame_light *l, float x0, float step, float y, float half, int32_t width, float *pixels)
 {
-    float u = y / half, across = 0.75f * (1 - u * u) / half;
+    float u = 1 - y * y / (half * half), across = 0.9375f * u * u / half;
     int32_t x, k;
-    if (!(across > 0)) return;
+    if (!(u > 0)) return;
     for (x = 0; x < width; x++) {
         float along = 1 - fabsf(x0 + step * (float)x) / l->streak, share = 2 / l->streak * along * along * along * across;
         for (k = 0; k < LFLARE_WAVELENGTHS && along > 0; k++) pixels[(ptrdiff_t)4 * x + k] += t->streak_gain[k] * l->irradiance[k] * share;
@@ -7237,7 +7295,7 @@ typedef struct lflare__glapi {
 #undef LFLARE__GL_MEMBER
 
 enum {
-    LFLARE__GL_UNITS = 3,
+    LFLARE__GL_UNITS = 4,
     LFLARE__GL_ROW = 1024, /* texels of a line of the tables' textures */
     LFLARE__GL_LENS_TEXELS = 4 + 3 * LFLARE_MAX_RIMS,
     LFLARE__GL_SETTINGS_TEXELS = 2 * LFLARE_FIELD_SAMPLES + 2,
@@ -7247,8 +7305,9 @@ enum {
     LFLARE__GL_PATCH = LFLARE__GL_PATCH_ROW * (LFLARE_PATCH_RINGS - 1)
 };
 
-enum { LFLARE__GL_RIM, LFLARE__GL_FILL, LFLARE__GL_STRIP, LFLARE__GL_ADD, LFLARE__GL_PATCHES, LFLARE__GL_PATCH_RIMS, LFLARE__GL_STARBURST, LFLARE__GL_PROGRAMS };
-enum { LFLARE__GL_LENS, LFLARE__GL_SETTINGS, LFLARE__GL_STRIP_A, LFLARE__GL_STRIP_B, LFLARE__GL_HALF, LFLARE__GL_MESH, LFLARE__GL_MESH_HEADS, LFLARE__GL_ANGULAR, LFLARE__GL_RADIAL, LFLARE__GL_TEXTURES };
+enum { LFLARE__GL_RIM, LFLARE__GL_FILL, LFLARE__GL_STRIP, LFLARE__GL_ADD, LFLARE__GL_PATCHES, LFLARE__GL_PATCH_RIMS, LFLARE__GL_PATCHES_MASKED, LFLARE__GL_STARBURST,
+       LFLARE__GL_PROGRAMS };
+enum { LFLARE__GL_LENS, LFLARE__GL_SETTINGS, LFLARE__GL_STRIP_A, LFLARE__GL_STRIP_B, LFLARE__GL_HALF, LFLARE__GL_MESH, LFLARE__GL_MESH_HEADS, LFLARE__GL_ANGULAR, LFLARE__GL_RADIAL, LFLARE__GL_MASK, LFLARE__GL_TEXTURES };
 enum { LFLARE__GL_TO_STRIP_A, LFLARE__GL_TO_STRIP_B, LFLARE__GL_TO_HALF, LFLARE__GL_FRAMEBUFFERS };
 
 /* All state that is touched, in the order of its restoring. Capabilities: enum, who has it, what drawing needs (2: as the
@@ -7333,7 +7392,7 @@ struct lflare_gl {
     lflare__gluint programs[LFLARE__GL_PROGRAMS], textures[LFLARE__GL_TEXTURES], framebuffers[LFLARE__GL_FRAMEBUFFERS];
     lflare__gluint vertex_array, instances, indices, uniforms, sampler;
     lflare__glint enlarge;                  /* location of a uniform */
-    uint64_t lens_hash, settings_hash, mesh_hash, heads_hash, burst_key; /* of what was uploaded */
+    uint64_t lens_hash, settings_hash, mesh_hash, heads_hash, burst_key, mask_hash; /* of what was uploaded */
     int32_t uploaded;                       /* bit 0: something of the lens, 1: of the settings, 2: meshes, 3: their heads */
     int32_t strip_lights, strip_now;        /* lights that the strip holds, which of the two strips */
     int32_t full_width, full_height;        /* of the half-size picture, when enlarged; 0 = none */
@@ -7372,6 +7431,13 @@ static const char *const lflare__glsl_cuts[] = {
     "c1 = mix(c1, c, first);\n"
     "nx1 = mix(nx1, nx, first);\n"
     "ny1 = mix(ny1, ny, first);\n"
+    "}\n"
+    "uniform highp sampler2D u_mask;\n"
+    "vec3 mask(vec3 x, vec3 y, vec3 soft)\n"
+    "{\n"
+    "vec3 lod = clamp(log2(1.55 * 256.0 * soft), 0.0, 9.0);\n"
+    "return vec3(textureLod(u_mask, vec2(x.x, y.x) * 0.5 + 0.5, lod.x).r, textureLod(u_mask, vec2(x.y, y.y) * 0.5 + 0.5, lod.y).r,\n"
+    "textureLod(u_mask, vec2(x.z, y.z) * 0.5 + 0.5, lod.z).r);\n"
     "}\n"
     "vec3 within()\n"
     "{\n"
@@ -7425,7 +7491,10 @@ static const char *const lflare__glsl_ghost_frag[] = {
     "else cut((b.z - b.x * ax - b.y * ay) / soft, -side * b.x, -side * b.y);\n"
     "}\n"
     "}\n"
-    "return within();\n"
+    "if (u_strip.z == 0.0) return within();\n"
+    "vec4 g = v_data[0], o = v_data[5];\n"
+    "vec3 ax = g.xyz * dx + o.xyz * axis.x, ay = g.xyz * dy + o.xyz * axis.y;\n"
+    "return within() * mask(ax, ay, vec3(g.w, o.w, v_data[10].x));\n"
     "}\n"
     "void main()\n"
     "{\n"
@@ -7581,10 +7650,11 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "Edge found[EDGES + RIMS];\n"
     "int count = 1;\n"
     "found[0] = edge_of(ma11, ma12, u_lens.w);\n"
+    "found[0].soft = sqrt(found[0].soft * found[0].soft + vec3(u_strip.w * u_strip.w));\n"
     "if ((binding & 1) != 0) found[count++] = edge_of(vec3(1.0), vec3(0.0), u_lens.z);\n"
+    ,
     "for (i = 0; i < RIMS; i++)\n"
     "if ((binding >> (i + 1) & 1) != 0) {\n"
-    ,
     "vec4 r0 = lens_texel(lens + 4 + i * 3), r1 = lens_texel(lens + 5 + i * 3), r2 = lens_texel(lens + 6 + i * 3);\n"
     "found[count++] = edge_of(vec3(r0.x, r1.x, r2.x), vec3(r0.y, r1.y, r2.y), r0.z);\n"
     "}\n"
@@ -7655,14 +7725,14 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "if (low) {\n"
     "vec2 way = position - centre;\n"
     "float far = max(length(way), 1e-20);\n"
-    "position = centre + way * (fine ? 0.0 : min(uncut(way / far, axis, along) / far, 1.0));\n"
+    "position = centre + way * (fine || u_strip.z > 0.0 ? 0.0 : min(uncut(way / far, axis, along) / far, 1.0));\n"
     "}\n"
     "#ifndef RIM\n"
+    ,
     "if (gl_VertexID == 0) position = centre;\n"
     "#else\n"
     "v_position = position;\n"
     "#endif\n"
-    ,
     "vec2 shift = u_lens.y * (style1.x * slope + style1.y * vec2(-slope.y, slope.x));\n"
     "gl_Position = vec4(-(position + shift - u_half.zw) / u_half.xy, 0.0, 1.0);\n"
     "}\n"
@@ -7684,10 +7754,10 @@ static const char *const lflare__glsl_patch_frag[] = {
     "in vec4 v_iris2;\n"
     "in vec3 v_rim;\n"
     "in vec2 v_bulge;\n"
-    "void cut_slope(vec3 over, vec3 gx, vec3 gy, float soft)\n"
+    "void cut_slope(vec3 over, vec3 gx, vec3 gy, float soft, float softness)\n"
     "{\n"
-    "vec3 g = max(sqrt(gx * gx + gy * gy), vec3(1e-20));\n"
-    "cut(-over / (soft * min(g, 0.6)), -gx / g, -gy / g);\n"
+    "vec3 g = max(sqrt(gx * gx + gy * gy), vec3(1e-20)), width = soft * min(g, 0.6);\n"
+    "cut(-over / sqrt(width * width + softness * softness), -gx / g, -gy / g);\n"
     "}\n"
     "void main()\n"
     "{\n"
@@ -7700,13 +7770,15 @@ static const char *const lflare__glsl_patch_frag[] = {
     "vec4 b = blades > 0 ? u_blades[i] : vec4(0.0, 0.0, 0.0, 1.0);\n"
     "if (b.w > 0.0) {\n"
     "vec3 ax = hx + b.x * b.z, ay = hy + b.y * b.z, far = sqrt(ax * ax + ay * ay), inverse = 1.0 / max(far, vec3(1e-20));\n"
-    "cut_slope(far - b.w, (ax * xx + ay * yx) * inverse, (ax * xy + ay * yy) * inverse, v_iris2.w);\n"
+    "cut_slope(far - b.w, (ax * xx + ay * yx) * inverse, (ax * xy + ay * yy) * inverse, v_iris2.w, u_strip.w);\n"
     "} else {\n"
-    "cut_slope(b.x * hx + b.y * hy - b.z, b.x * xx + b.y * yx, b.x * xy + b.y * yy, v_iris2.w);\n"
+    "cut_slope(b.x * hx + b.y * hy - b.z, b.x * xx + b.y * yx, b.x * xy + b.y * yy, v_iris2.w, u_strip.w);\n"
     "}\n"
     "}\n"
-    "cut_slope(v_rim - 1.0 - v_bulge.y * turn * (1.0 - turn), rim_x - bend * dFdx(v_bulge.x), rim_y - bend * dFdy(v_bulge.x), v_iris2.z);\n"
-    "o_color = vec4(lit() * within(), 0.0);\n"
+    "cut_slope(v_rim - 1.0 - v_bulge.y * turn * (1.0 - turn), rim_x - bend * dFdx(v_bulge.x), rim_y - bend * dFdy(v_bulge.x), v_iris2.z, 0.0);\n"
+    "vec3 open = within();\n"
+    "if (u_strip.z > 0.0) open *= mask(hx, hy, v_iris2.w * min(sqrt(0.5 * (xx * xx + xy * xy + yx * yx + yy * yy)), 0.6));\n"
+    "o_color = vec4(lit() * open, 0.0);\n"
     "}\n"
     "#endif\n"
     , NULL};
@@ -7773,7 +7845,7 @@ static const char *const lflare__glsl_patch_vert[] = {
     "g_rings = int(h0.z);\n"
     "int sectors = g_directions / 4, blocks = g_rings / 4, mesh_index = patch_index / (sectors * blocks), block = patch_index / sectors % blocks;\n"
     "bool ragged = (int(h1.y) >> mesh_index & 1) != 0, split_mesh = h1.z > 1.0;\n"
-    "#ifdef PATCH_RIM\n"
+    "#ifdef PATCH_STRIP\n"
     "bool drawn = ragged || block == blocks - 1;\n"
     "#else\n"
     "bool drawn = !ragged;\n"
@@ -7806,13 +7878,13 @@ static const char *const lflare__glsl_patch_vert[] = {
     "if (direction > g_directions) direction = 2 * g_directions - direction;\n"
     "vec4 edge = smooth_texel(vertex(g_rings, direction) + (split_mesh ? 1 : 4));\n"
     "float iris_soft = soft(whole.y), reach = 1.1 * max(iris_soft, soft(split_mesh ? edge.w : edge.z)), bulge = last(0, direction);\n"
-    "reach /= max(scale * last(g_rings - 1, direction) + abs(grown) * whole.z, 1.5 * u_lens.x);\n"
+    "reach = reach / max(scale * last(g_rings - 1, direction) + abs(grown) * whole.z, 1.5 * u_lens.x) + u_strip.w;\n"
     "float begin = float(g_rings) * max((split_mesh ? last(g_rings, direction) : edge.w) - reach - 0.01, 0.0), end = float(g_rings) * (1.0 + reach + 1.2 * bulge);\n"
     "if (ragged) {\n"
     "begin = float(block) / float(blocks) * end;\n"
     "end *= float(block + 1) / float(blocks);\n"
     "}\n"
-    "#ifdef PATCH_RIM\n"
+    "#ifdef PATCH_STRIP\n"
     "at = begin + (end - begin) * float(row) / float(BANDS - 1);\n"
     "#else\n"
     "at = min(float(block * (RINGS - 1) + row), begin);\n"
@@ -7834,8 +7906,8 @@ static const char *const lflare__glsl_patch_vert[] = {
     "#ifdef PATCH_RIM\n"
     "t2 = mix(t2, smooth_texel(b + 2), f);\n"
     "if (!split_mesh) {\n"
-    "t3 = mix(t3, smooth_texel(b + 3), f);\n"
     ,
+    "t3 = mix(t3, smooth_texel(b + 3), f);\n"
     "vec4 b4 = smooth_texel(b + 4);\n"
     "t4 = vec4(mix(t4.xy, b4.xy, f), mix(t4.z, b4.z, g), 0.0);\n"
     "}\n"
@@ -7884,7 +7956,7 @@ static const char *const lflare__glsl_starburst_frag[] = {
     "flat in vec4 v_irradiance;\n"
     "flat in float v_streak;\n"
     "in vec2 v_position;\n"
-    "const int ROWS = 160, OCTAVE = 16, BINS = 512, LEVELS = 7, COLUMNS = 1536, SIZES = 15, SAMPLES = 193;\n"
+    "const int ROWS = 168, OCTAVE = 14, BINS = 512, LEVELS = 7, COLUMNS = 1536, SIZES = 15, SAMPLES = 193;\n"
     "const float PI = 3.14159265, MOST = 30000.0;\n"
     "vec3 angle_at(float row, float turn, int level)\n"
     "{\n"
@@ -7898,7 +7970,7 @@ static const char *const lflare__glsl_starburst_frag[] = {
     "vec3 starburst()\n"
     "{\n"
     "float blur = max(v_irradiance.w / u_burst[0].w, 0.125), q = max(length(v_position) / u_burst[0].w, 1e-3), relative = q / blur;\n"
-    "float row = clamp(float(OCTAVE) * log2(4.0 * q), 0.0, float(ROWS - 1)), turn = atan(v_position.y, v_position.x) / PI;\n"
+    "float row = clamp(float(OCTAVE) * log2(16.0 * q), 0.0, float(ROWS - 1)), turn = atan(v_position.y, v_position.x) / PI;\n"
     "turn -= floor(turn);\n"
     "float level = max(1.0 + log2(0.382 * float(BINS) / (PI * relative)), 0.0);\n"
     "int l = int(min(level, float(LEVELS - 2)));\n"
@@ -7908,14 +7980,14 @@ static const char *const lflare__glsl_starburst_frag[] = {
     "if (row >= float(ROWS - 1)) mean = u_burst[1].rgb / (q * q * q);\n"
     "float far = clamp(relative - float(SAMPLES - 1) / 32.0 + 1.0, 0.0, 1.0), size = min(log2(8.0 * blur), float(SIZES - 1));\n"
     "vec3 disc = texture(u_radial, vec2((min(32.0 * relative, float(SAMPLES - 1)) + 0.5) / float(SAMPLES), (size + 0.5) / float(SIZES))).rgb;\n"
-    "return angle * (far * mean * (1.0 + 1.125 / (relative * relative)) + (1.0 - far) * disc * disc / (PI * blur * blur));\n"
+    "return angle * (far * mean * (1.0 + 1.125 * q * q / (relative * relative * (1.0 + q) * (1.0 + q))) + (1.0 - far) * disc * disc / (PI * blur * blur));\n"
     "}\n"
     "void main()\n"
     "{\n"
     "vec3 share;\n"
     "if (v_streak > 0.0) {\n"
-    "float along = max(1.0 - abs(v_position.x) / v_streak, 0.0), u = v_position.y / v_irradiance.w;\n"
-    "share = vec3(1.5 * along * along * along / v_streak * max(1.0 - u * u, 0.0) / v_irradiance.w);\n"
+    "float along = max(1.0 - abs(v_position.x) / v_streak, 0.0), u = v_position.y / v_irradiance.w, across = max(1.0 - u * u, 0.0);\n"
+    "share = vec3(1.875 * along * along * along / v_streak * across * across / v_irradiance.w);\n"
     "} else {\n"
     "share = starburst();\n"
     "}\n"
@@ -7939,7 +8011,7 @@ static const char *const lflare__glsl_starburst_vert[] = {
     "v_irradiance = vec4(irradiance * u_burst[0].rgb, sqrt(lamp * lamp + 0.318 * u_lens.x * u_lens.x));\n"
     "v_streak = 0.0;\n"
     "if ((gl_InstanceID & 1) != 0) {\n"
-    "float half_width = sqrt(u_burst[1].w * u_burst[1].w + 5.0 * (0.715 * 0.715 / 5.0 * u_lens.x * u_lens.x + 0.25 * lamp * lamp));\n"
+    "float half_width = sqrt(u_burst[1].w * u_burst[1].w + 7.0 * (0.715 * 0.715 / 5.0 * u_lens.x * u_lens.x + 0.25 * lamp * lamp));\n"
     "reach = vec2(l3.w, l3.w > 0.0 ? half_width : 0.0);\n"
     "v_irradiance = vec4(irradiance * u_burst[2].rgb, half_width);\n"
     "v_streak = l3.w;\n"
@@ -8062,13 +8134,14 @@ typedef struct lflare__gl_source {
 } lflare__gl_source;
 
 static const lflare__gl_source lflare__gl_sources[LFLARE__GL_PROGRAMS] = {
-    {"#define RIM\n", lflare__glsl_frame, lflare__glsl_ghost_vert, lflare__glsl_cuts, lflare__glsl_ghost_frag, "lflare_frame", {"u_lens_table", "u_settings_table", "u_visibility"}},
-    {"#define INSIDE\n", lflare__glsl_frame, lflare__glsl_ghost_vert, lflare__glsl_cuts, lflare__glsl_ghost_frag, "lflare_frame", {"u_lens_table", "u_settings_table", "u_visibility"}},
-    {"", NULL, lflare__glsl_screen_vert, NULL, lflare__glsl_strip_frag, "lflare_strip", {"u_depth", "u_before", NULL}},
-    {"", NULL, lflare__glsl_screen_vert, NULL, lflare__glsl_add_frag, NULL, {"u_half_picture", NULL, NULL}},
-    {"#define PATCH\n", lflare__glsl_frame, lflare__glsl_patch_vert, NULL, lflare__glsl_patch_frag, "lflare_frame", {"u_mesh_table", "u_mesh_heads", "u_visibility"}},
-    {"#define PATCH_RIM\n", lflare__glsl_frame, lflare__glsl_patch_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_mesh_table", "u_mesh_heads", "u_visibility"}},
-    {"", lflare__glsl_frame, lflare__glsl_starburst_vert, NULL, lflare__glsl_starburst_frag, "lflare_frame", {"u_angular", "u_radial", "u_visibility"}}};
+    {"#define RIM\n", lflare__glsl_frame, lflare__glsl_ghost_vert, lflare__glsl_cuts, lflare__glsl_ghost_frag, "lflare_frame", {"u_lens_table", "u_settings_table", "u_visibility", "u_mask"}},
+    {"#define INSIDE\n", lflare__glsl_frame, lflare__glsl_ghost_vert, lflare__glsl_cuts, lflare__glsl_ghost_frag, "lflare_frame", {"u_lens_table", "u_settings_table", "u_visibility", NULL}},
+    {"", NULL, lflare__glsl_screen_vert, NULL, lflare__glsl_strip_frag, "lflare_strip", {"u_depth", "u_before", NULL, NULL}},
+    {"", NULL, lflare__glsl_screen_vert, NULL, lflare__glsl_add_frag, NULL, {"u_half_picture", NULL, NULL, NULL}},
+    {"#define PATCH\n", lflare__glsl_frame, lflare__glsl_patch_vert, NULL, lflare__glsl_patch_frag, "lflare_frame", {"u_mesh_table", "u_mesh_heads", "u_visibility", NULL}},
+    {"#define PATCH_RIM\n#define PATCH_STRIP\n", lflare__glsl_frame, lflare__glsl_patch_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_mesh_table", "u_mesh_heads", "u_visibility", "u_mask"}},
+    {"#define PATCH_RIM\n", lflare__glsl_frame, lflare__glsl_patch_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_mesh_table", "u_mesh_heads", "u_visibility", "u_mask"}},
+    {"", lflare__glsl_frame, lflare__glsl_starburst_vert, NULL, lflare__glsl_starburst_frag, "lflare_frame", {"u_angular", "u_radial", "u_visibility", NULL}}};
 
 static lflare_result lflare__gl_shader(lflare_gl *o, lflare__glenum kind, const lflare__gl_source *source, const lflare_gl_desc *desc, lflare_error *error,
                                        lflare__gluint *out)
@@ -8129,7 +8202,7 @@ static void lflare__gl_unpack(const lflare_gl *o)
 {
     const lflare__glapi *gl = &o->api;
     gl->BindBuffer(0x88EC, 0);
-    gl->PixelStorei(0x0CF5, 4);
+    gl->PixelStorei(0x0CF5, 1);
     gl->PixelStorei(0x0CF2, 0);
     gl->PixelStorei(0x0CF3, 0);
     gl->PixelStorei(0x0CF4, 0);
@@ -8149,7 +8222,7 @@ typedef struct lflare__gl_format {
 
 static const lflare__gl_format lflare__gl_rgba32f = {0x8814, 0x1908, 0x1406, 0x2600}, lflare__gl_r32ui = {0x8236, 0x8D94, 0x1405, 0x2600},
                                lflare__gl_rgba16f = {0x881A, 0x1908, 0x140B, 0x2601}, lflare__gl_rgb10_a2 = {0x8059, 0x1908, 0x8368, 0x2601},
-                               lflare__gl_half_of_floats = {0x881A, 0x1908, 0x1406, 0x2601};
+                               lflare__gl_half_of_floats = {0x881A, 0x1908, 0x1406, 0x2601}, lflare__gl_r8 = {0x8229, 0x1903, 0x1401, 0x2601};
 
 static void lflare__gl_texture(const lflare__glapi *gl, lflare__gluint texture, const lflare__gl_format *f, int32_t width, int32_t height, const void *texels)
 {
@@ -8358,12 +8431,31 @@ static void lflare__gl_upload_starburst(lflare_gl *o, const lflare_starburst *s)
     o->burst_key = s->key + (uint64_t)s->size;
 }
 
+static void lflare__gl_upload_mask(lflare_gl *o, const lflare_tables *t)
+{
+    const lflare__glapi *gl = &o->api;
+    const uint8_t *texels = t->iris.mask;
+    int32_t level;
+    if (t->mask_hash == 0 || t->mask_hash == o->mask_hash) return;
+    lflare__gl_unpack(o);
+    for (level = 0; level < LFLARE_MASK_LEVELS; level++) {
+        int32_t size = LFLARE_MASK_SIZE >> level;
+        if (level == 0) lflare__gl_texture(gl, o->textures[LFLARE__GL_MASK], &lflare__gl_r8, size, size, texels);
+        else gl->TexImage2D(0x0DE1, level, lflare__gl_r8.internal, size, size, 0, lflare__gl_r8.format, lflare__gl_r8.type, texels);
+        texels += (size_t)size * (size_t)size;
+    }
+    gl->TexParameteri(0x0DE1, 0x2801, 0x2703); /* linear between levels too */
+    gl->TexParameteri(0x0DE1, 0x813D, LFLARE_MASK_LEVELS - 1); /* the last */
+    o->mask_hash = t->mask_hash;
+}
+
 /* Whatever changed since the last draw. */
 static lflare_result lflare__gl_upload(lflare_gl *o, const lflare_tables *t)
 {
     lflare_result result;
     int lens = !(o->uploaded & 1) || o->lens_hash != t->lens_hash, settings = !(o->uploaded & 2) || o->settings_hash != t->settings_hash;
     lflare__gl_upload_starburst(o, t->starburst);
+    lflare__gl_upload_mask(o, t);
     if (t->model == LFLARE_MODEL_POLYNOMIAL) return lflare__gl_upload_meshes(o, t);
     if (!lens && !settings) return LFLARE_OK;
     lflare__gl_unpack(o);
@@ -8404,6 +8496,8 @@ static size_t lflare__gl_fill_frame(lflare_gl *o, const lflare_tables *t, const 
     u->spectrum[3] = (float)t->iris.blade_count;
     u->strip[0] = (float)o->strip_lights;
     u->strip[1] = 1;
+    u->strip[2] = t->iris.mask != NULL ? 1 : 0;
+    u->strip[3] = t->iris.softness;
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
         u->burst[0][k] = t->starburst_gain[k];
         u->burst[1][k] = t->starburst != NULL ? t->starburst->tail[k] : 0;
@@ -8493,7 +8587,8 @@ static void lflare__gl_flare(lflare_gl *o, const lflare_tables *t, const lflare_
     lflare__gl_bind_texture(gl, 1, o->textures[meshes ? LFLARE__GL_MESH_HEADS : LFLARE__GL_SETTINGS], 0);
     gl->BindBuffer(0x8892, o->instances);
     gl->BufferData(0x8892, (ptrdiff_t)sizeof(lflare_instance) * f->instance_count, f->instances, 0x88E0);
-    gl->UseProgram(o->programs[meshes ? LFLARE__GL_PATCHES : LFLARE__GL_FILL]);
+    lflare__gl_bind_texture(gl, 3, o->textures[LFLARE__GL_MASK], 0);
+    gl->UseProgram(o->programs[!meshes ? LFLARE__GL_FILL : t->iris.mask != NULL ? LFLARE__GL_PATCHES_MASKED : LFLARE__GL_PATCHES]);
     if (meshes) gl->DrawElementsInstanced(0x0004, LFLARE__GL_PATCH, 0x1403, NULL, f->instance_count);
     else gl->DrawArraysInstanced(0x0006, 0, LFLARE__GL_INSIDE, f->instance_count); /* fans */
     gl->UseProgram(o->programs[meshes ? LFLARE__GL_PATCH_RIMS : LFLARE__GL_RIM]);
@@ -8737,8 +8832,6 @@ static void lflare__release(lflare *o, void *block, size_t size)
 
 LFLARE_API int32_t lflare_version(void) { return LFLARE_VERSION; }
 
-#define LFLARE__MASK_BYTES ((size_t)LFLARE_MASK_SIZE * LFLARE_MASK_SIZE)
-
 LFLARE_API void lflare_destroy(lflare *o)
 {
 #ifndef LFLARE_NO_DIFFRACTION
@@ -8753,7 +8846,7 @@ LFLARE_API void lflare_destroy(lflare *o)
     lflare__release(o, o->footprints, sizeof(lflare_footprint) * (size_t)o->footprint_capacity);
 #ifndef LFLARE_NO_DIFFRACTION
     for (i = 0; i < 2; i++) {
-        lflare__release(o, o->masks[i], LFLARE__MASK_BYTES);
+        lflare__release(o, o->masks[i], LFLARE_MASK_BYTES);
         lflare__release(o, o->burst_tables[i], sizeof(float) * LFLARE_STARBURST_FLOATS);
     }
     lflare__release(o, o->work, o->work_bytes);
@@ -8855,7 +8948,7 @@ static lflare_result lflare__configure_iris(lflare *o, const lflare_settings *s,
     if (!lflare__masked(&s->mask)) return LFLARE_OK;
     result = lflare_mask_check(&s->mask, error);
     if (result != LFLARE_OK || o->masks[!o->current] != NULL) return result;
-    o->masks[!o->current] = (uint8_t *)lflare__allocate(o, LFLARE__MASK_BYTES);
+    o->masks[!o->current] = (uint8_t *)lflare__allocate(o, LFLARE_MASK_BYTES);
     return o->masks[!o->current] != NULL ? LFLARE_OK : lflare__fail(error, LFLARE_ERROR_MEMORY, 0, 0, "out of memory");
 }
 
@@ -8917,7 +9010,7 @@ static lflare_result lflare__configure_failed(lflare *o, lflare_result result)
     lflare__release(o, o->overrides, o->override_bytes);
     o->overrides = NULL;
     o->override_bytes = 0;
-    lflare__release(o, o->masks[!o->current], LFLARE__MASK_BYTES);
+    lflare__release(o, o->masks[!o->current], LFLARE_MASK_BYTES);
     o->masks[!o->current] = NULL;
     o->tables[!o->current].starburst = NULL;
     for (i = 0; i < 2; i++) {
@@ -9108,7 +9201,6 @@ LFLARE_API lflare_result lflare_file_read(const char *path, lflare_realloc alloc
 #undef LFLARE__NM_F
 #undef LFLARE__NM_C
 #undef LFLARE__PIXEL_VARIANCE
-#undef LFLARE__MASK_BYTES
 #undef LFLARE__STARBURST_LEAST
 
 #endif /* LENSFLARE_IMPLEMENTED */

@@ -38,13 +38,20 @@ static const char help[] =
     "  flare render  LENS -o OUT.png|OUT.pfm [--size WxH] [--angle AX,AY] [--fov DEG] [--fnumber N] [--blades N]\n"
     "                [--rotation DEG] [--curvature 0..1] [--radius MRAD] [--backend software|gl] [--ghosts-only]\n"
     "                [--exposure EV] [--model paraxial|polynomial|reference] [--fit FILE] [--wavelengths N] [--cells N]\n"
-    "      the flare of one light. PNG is tone-mapped; PFM holds linear multiples of the light's irradiance. --backend gl\n"
+    "                [iris options] [--streak SHARE]\n"
+    "      the flare of one light: ghosts, starburst, and a horizontal streak if asked for. PNG is tone-mapped; PFM holds linear multiples of the light's irradiance. --backend gl\n"
     "      needs no window: EGL draws, or else OSMesa (the environment's GL_HOST=egl or osmesa picks one)\n"
     "      --model polynomial: aberrated ghosts, near enough to exact rays, from the fit in FILE or beside the lens (NAME.fit\n"
     "      beside NAME.lens), or from one made on the spot; where there is a fit it is the default, elsewhere paraxial, the quick\n"
     "      model of undistorted ghosts\n"
     "      --model reference: meshes of exact rays from a point of light, slow; N cells along a side of each ghost's entrance, or\n"
     "      finer and finer until two pictures agree to 52 dB; wavelengths 3 (650, 510, 475 nm) to 256 (400 to 700 nm, CIE 1931)\n"
+    "  flare starburst LENS -o OUT.png|OUT.pfm [--size N] [--width MM] [--fnumber N] [--blades N] [--rotation DEG]\n"
+    "                [--curvature 0..1] [--radius MRAD] [--exposure EV] [iris options]\n"
+    "      what diffraction at the iris makes of a light, N x N pixels (default: 512) of MM on the sensor (default: 200 times the\n"
+    "      f-number times 550 nm). PFM holds the share of the light's flux that falls on a square millimetre\n"
+    "  iris options: [--softness 0..0.5] [--mask FILE.png|FILE.pfm] [--dust N] [--scratches N] [--grating LINES] [--seed N]\n"
+    "      edges that fade over so much of the radius; a grey image of what passes; specks, scratches, lines across the iris\n"
     "  flare fit     LENS -o FILE\n"
     "      polynomials fitted to exact rays of every ghost, for 'flare render --fit' and for lflare_desc.fit: once per lens\n"
     "  flare diagram LENS -o OUT.svg [--ghost I,J] [--rays N] [--angle AX,AY]\n"
@@ -173,12 +180,12 @@ static int finish(void)
 typedef struct options {
     const char *operands[2];
     int operand_count;
-    const char *out, *layers, *fit;
+    const char *out, *layers, *fit, *mask;
     lflare_model model; /* AUTO where `reference` is set, too */
-    int json, csv, ghosts_only, gl, reference, wavelengths, cells, has_radius, rays;
+    int json, csv, ghosts_only, gl, reference, wavelengths, cells, has_radius, rays, dust, scratches, grating, seed;
     int width, height, blades, ghost[2], has_ray;
     double ray[2], lambda;
-    double ax, ay, fov, fnumber, rotation, curvature, radius, exposure, lambda0, angle;
+    double ax, ay, fov, fnumber, rotation, curvature, radius, exposure, lambda0, angle, softness, streak, sensor_width;
 } options;
 
 static double number(const char *option, const char *text, double lo, double hi)
@@ -263,6 +270,14 @@ static options parse(int argc, char **argv, const char *allowed, int operands)
         if (strcmp(name, "-o") == 0) o.out = value;
         else if (strcmp(name, "--layers") == 0) o.layers = value;
         else if (strcmp(name, "--fit") == 0) o.fit = value;
+        else if (strcmp(name, "--mask") == 0) o.mask = value;
+        else if (strcmp(name, "--dust") == 0) o.dust = whole_number(name, value, 0, LFLARE_MAX_MARKS);
+        else if (strcmp(name, "--scratches") == 0) o.scratches = whole_number(name, value, 0, LFLARE_MAX_MARKS);
+        else if (strcmp(name, "--grating") == 0) o.grating = whole_number(name, value, 0, LFLARE_MASK_SIZE / 4);
+        else if (strcmp(name, "--seed") == 0) o.seed = whole_number(name, value, 0, 1000000000);
+        else if (strcmp(name, "--softness") == 0) o.softness = number(name, value, 0, 0.5);
+        else if (strcmp(name, "--streak") == 0) o.streak = number(name, value, 0, 1);
+        else if (strcmp(name, "--width") == 0) o.sensor_width = number(name, value, 1e-6, 1e6);
         else if (strcmp(name, "--model") == 0) read_model(&o, name, value);
         else if (strcmp(name, "--backend") == 0) o.gl = second_choice(name, value, "software", "gl");
         else if (strcmp(name, "--fov") == 0) o.fov = number(name, value, 0.01, 175);
@@ -282,6 +297,8 @@ static options parse(int argc, char **argv, const char *allowed, int operands)
             double blades = number(name, value, 0, LFLARE_MAX_BLADES);
             if (blades != floor(blades) || blades == 1 || blades == 2) complain("--blades: 0 for a round iris or 3 to %d, not '%s'", LFLARE_MAX_BLADES, value);
             o.blades = (int)blades;
+        } else if (strcmp(name, "--size") == 0 && strcmp(argv[1], "starburst") == 0) {
+            o.width = o.height = whole_number(name, value, 1, 8192);
         } else if (strcmp(name, "--size") == 0) {
             double w, h;
             two_numbers(name, value, 'x', 1, 32768, &w, &h);
@@ -1068,12 +1085,98 @@ static void *fit_for_render(const options *o, const lflare_lens *lens, size_t *s
     return fit;
 }
 
+/* ---- irises ---- */
+
+#define IRIS_OPTIONS "--softness --mask --dust --scratches --grating --seed "
+
+static picture read_picture(const char *path);
+
+/* What the options put into the iris; its image is the caller's to free. */
+static float *mask_of(const options *o, lflare_mask_desc *desc)
+{
+    lflare_error error;
+    picture p = {0};
+    size_t i;
+    memset(desc, 0, sizeof *desc);
+    if (o->mask != NULL) {
+        p = read_picture(o->mask);
+        for (i = 0; i < (size_t)p.width * (size_t)p.height; i++) p.rgb[i] = (p.rgb[3 * i] + p.rgb[3 * i + 1] + p.rgb[3 * i + 2]) / 3;
+        desc->pixels = p.rgb;
+        desc->width = p.width;
+        desc->height = p.height;
+    }
+    desc->dust_count = o->dust;
+    desc->scratch_count = o->scratches;
+    desc->scratch_spread = 1.6f;
+    desc->grating_lines = (float)o->grating;
+    desc->grating_depth = 0.5f;
+    desc->seed = (uint32_t)o->seed;
+    if (lflare_mask_check(desc, &error) != LFLARE_OK) complain("%s: %s", o->mask != NULL ? o->mask : "the iris", error.text);
+    return p.rgb;
+}
+
+static void write_picture(const char *path, const lflare_image *image);
+
+static void check_picture_name(const options *o, const char *command)
+{
+    if (o->out == NULL) complain("flare %s: say where the picture goes, with -o OUT.png or -o OUT.pfm", command);
+    if (!ends_with(o->out, ".png") && !ends_with(o->out, ".pfm")) complain("%s: a name ending in .png or .pfm was expected", o->out);
+}
+
+static int command_starburst(int argc, char **argv)
+{
+    static lflare_lens lens;
+    options o = parse(argc, argv, " -o --size --width --fnumber --blades --rotation --curvature --radius --exposure " IRIS_OPTIONS, 1);
+    lflare_mask_desc desc;
+    lflare_starburst starburst;
+    lflare_starburst_job job;
+    lflare_iris iris;
+    lflare_image image = {0};
+    float *tables = (float *)allocate(LFLARE_STARBURST_FLOATS, sizeof(float)), *pixels = NULL, unit, pixel, blur, gain = 1, rgb[3];
+    void *work = allocate(lflare_starburst_bytes(1024), 1);
+    uint8_t *mask = (uint8_t *)allocate(LFLARE_MASK_BYTES, 1);
+    double fnumber;
+    int x, y, k;
+    check_picture_name(&o, "starburst");
+    read_lens(o.operands[0], &lens);
+    pixels = mask_of(&o, &desc);
+    lflare_iris_make(&lens, o.fnumber, o.blades >= 0 ? o.blades : 6, o.rotation * DEGREE, o.curvature, &iris, &fnumber);
+    iris.softness = (float)o.softness;
+    if (o.mask != NULL || o.dust > 0 || o.scratches > 0 || o.grating > 0) {
+        lflare_mask_rows(&desc, mask, 0, LFLARE_MASK_SIZE);
+        if (lflare_iris_set_mask(&iris, mask) != LFLARE_OK) complain("%s: the mask and the blades together let nothing pass", o.operands[0]);
+    }
+    lflare_starburst_begin(&iris, 1024, tables, work, &starburst, &job);
+    lflare_starburst_step(&job, INT32_MAX);
+    unit = (float)(550e-6 * fnumber);
+    image.width = image.height = o.width < 1280 || o.height != 720 ? o.width : 512;
+    image.pixels = (float *)allocate((size_t)image.width * (size_t)image.height, 4 * sizeof(float));
+    pixel = (float)(o.sensor_width > 0 ? o.sensor_width : 200 * (double)unit) / (float)image.width;
+    blur = (float)hypot(0.564 * (double)pixel, lens.efl * o.radius * 1e-3);
+    if (ends_with(o.out, ".png")) { /* as bright as half of white an eighth of the way out */
+        lflare_starburst_at(&starburst, 0.0625f * (float)image.width * pixel / unit, 0, blur / unit, rgb);
+        gain = exp2f((float)o.exposure) * 0.5f * unit * unit / (rgb[1] > 0 ? rgb[1] : 1);
+    }
+    for (y = 0; y < image.height; y++)
+        for (x = 0; x < image.width; x++) {
+            float *out = image.pixels + 4 * ((size_t)y * (size_t)image.width + (size_t)x);
+            lflare_starburst_at(&starburst, ((float)x + 0.5f - 0.5f * (float)image.width) * pixel / unit, (0.5f * (float)image.height - (float)y - 0.5f) * pixel / unit, blur / unit, out);
+            for (k = 0; k < 3; k++) out[k] *= gain / (unit * unit);
+        }
+    write_picture(o.out, &image);
+    free(image.pixels);
+    free(pixels);
+    free(mask);
+    free(work);
+    free(tables);
+    return 0;
+}
+
 /* ---- render ---- */
 
 static void check_render_options(const options *o)
 {
-    if (o->out == NULL) complain("flare render: say where the picture goes, with -o OUT.png or -o OUT.pfm");
-    if (!ends_with(o->out, ".png") && !ends_with(o->out, ".pfm")) complain("%s: a name ending in .png or .pfm was expected", o->out);
+    check_picture_name(o, "render");
     if (!o->reference && (o->wavelengths > 0 || o->cells > 0)) complain("%s belongs to --model reference", o->cells > 0 ? "--cells" : "--wavelengths");
     if (o->reference && o->gl) complain("--model reference has no --backend gl");
     if (o->fit != NULL && (o->reference || o->model == LFLARE_MODEL_PARAXIAL))
@@ -1106,13 +1209,14 @@ static int command_render(int argc, char **argv)
     static lflare_lens lens;
     options o = parse(argc, argv,
                       " -o --size --angle --fov --fnumber --blades --rotation --curvature --radius --model --backend --ghosts-only --exposure "
-                      "--wavelengths --cells --fit ", 1);
+                      "--wavelengths --cells --fit " IRIS_OPTIONS "--streak ", 1);
     lflare_desc desc = {0};
     lflare_view view = {0};
     lflare_light light = {0};
     lflare_image image = {0};
     lflare_error error;
     lflare *flare;
+    float *mask;
     void *fit;
     int png, k;
     check_render_options(&o);
@@ -1124,6 +1228,11 @@ static int command_render(int argc, char **argv)
     desc.settings.fnumber = o.fnumber;
     desc.settings.blades = o.blades >= 0 ? o.blades : o.ghosts_only ? 0 : 6;
     desc.settings.no_starburst = o.ghosts_only || o.reference;
+    if (o.reference && (o.mask != NULL || o.dust + o.scratches + o.grating > 0 || o.softness > 0 || o.streak > 0))
+        complain("--model reference draws ghosts of sharp blades alone");
+    mask = mask_of(&o, &desc.settings.mask);
+    desc.settings.iris_softness = (float)o.softness;
+    desc.settings.streak.share = (float)o.streak;
     desc.settings.blade_rotation = (float)(o.rotation * DEGREE);
     desc.settings.blade_curvature = (float)o.curvature;
     desc.settings.raw = !png;
@@ -1148,6 +1257,7 @@ static int command_render(int argc, char **argv)
     write_picture(o.out, &image);
     free(image.pixels);
     lflare_destroy(flare);
+    free(mask);
     free(fit);
     return 0;
 }
@@ -1388,7 +1498,7 @@ int main(int argc, char **argv)
         const char *name;
         int (*run)(int, char **);
     } commands[] = {{"info", command_info}, {"ghosts", command_ghosts},   {"trace", command_trace},     {"render", command_render},
-                    {"fit", command_fit},   {"diagram", command_diagram}, {"compare", command_compare}, {"coating", command_coating}};
+                    {"starburst", command_starburst}, {"fit", command_fit},   {"diagram", command_diagram}, {"compare", command_compare}, {"coating", command_coating}};
     size_t i;
     int k;
     for (k = 1; k < argc; k++)

@@ -21,6 +21,15 @@ void cut(vec3 t, vec3 nx, vec3 ny)
     ny1 = mix(ny1, ny, first);
 }
 
+uniform highp sampler2D u_mask; /* of the iris: see lflare__iris_mask; used where u_strip.z says so */
+
+vec3 mask(vec3 x, vec3 y, vec3 soft)
+{
+    vec3 lod = clamp(log2(1.55 * 256.0 * soft), 0.0, 9.0);
+    return vec3(textureLod(u_mask, vec2(x.x, y.x) * 0.5 + 0.5, lod.x).r, textureLod(u_mask, vec2(x.y, y.y) * 0.5 + 0.5, lod.y).r,
+                textureLod(u_mask, vec2(x.z, y.z) * 0.5 + 0.5, lod.z).r);
+}
+
 vec3 within()
 {
     vec3 rho = clamp(nx1 * nx2 + ny1 * ny2, -1.0, 1.0), both = c1 * c2;

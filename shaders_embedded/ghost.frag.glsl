@@ -36,7 +36,10 @@ vec3 coverage(vec2 position)
             else cut((b.z - b.x * ax - b.y * ay) / soft, -side * b.x, -side * b.y);
         }
     }
-    return within();
+    if (u_strip.z == 0.0) return within();
+    vec4 g = v_data[0], o = v_data[5];
+    vec3 ax = g.xyz * dx + o.xyz * axis.x, ay = g.xyz * dy + o.xyz * axis.y;
+    return within() * mask(ax, ay, vec3(g.w, o.w, v_data[10].x));
 }
 
 void main()

@@ -166,6 +166,7 @@ void main()
     Edge found[EDGES + RIMS];
     int count = 1;
     found[0] = edge_of(ma11, ma12, u_lens.w);
+    found[0].soft = sqrt(found[0].soft * found[0].soft + vec3(u_strip.w * u_strip.w));
     if ((binding & 1) != 0) found[count++] = edge_of(vec3(1.0), vec3(0.0), u_lens.z);
     for (i = 0; i < RIMS; i++)
         if ((binding >> (i + 1) & 1) != 0) {
@@ -243,7 +244,7 @@ void main()
     if (low) {
         vec2 way = position - centre;
         float far = max(length(way), 1e-20);
-        position = centre + way * (fine ? 0.0 : min(uncut(way / far, axis, along) / far, 1.0));
+        position = centre + way * (fine || u_strip.z > 0.0 ? 0.0 : min(uncut(way / far, axis, along) / far, 1.0));
     }
 #ifndef RIM
     if (gl_VertexID == 0) position = centre;

@@ -1,5 +1,5 @@
-/* One patch of one ghost's mesh for one light: lflare_patch_resolve on the GPU. The program PATCH draws the inside, PATCH_RIM what
-   iris and rims cut. Only indices are read: gl_VertexID counts directions, then rings. */
+/* One patch of one ghost's mesh for one light: lflare_patch_resolve on the GPU. The program PATCH draws the inside, or if the iris
+   has a mask PATCH_RIM does, and with PATCH_STRIP what iris and rims cut. Only indices are read: gl_VertexID counts directions, then rings. */
 uniform highp sampler2D u_mesh_table; /* per ghost, mesh and knot: what it says of the whole, vertices */
 uniform highp sampler2D u_mesh_heads; /* per ghost: head, style */
 uniform highp usampler2D u_visibility;
@@ -76,7 +76,7 @@ void main()
     g_rings = int(h0.z);
     int sectors = g_directions / 4, blocks = g_rings / 4, mesh_index = patch_index / (sectors * blocks), block = patch_index / sectors % blocks;
     bool ragged = (int(h1.y) >> mesh_index & 1) != 0, split_mesh = h1.z > 1.0;
-#ifdef PATCH_RIM
+#ifdef PATCH_STRIP
     bool drawn = ragged || block == blocks - 1;
 #else
     bool drawn = !ragged;
@@ -114,13 +114,13 @@ void main()
     /* from where to where the rim reaches, in rings */
     vec4 edge = smooth_texel(vertex(g_rings, direction) + (split_mesh ? 1 : 4));
     float iris_soft = soft(whole.y), reach = 1.1 * max(iris_soft, soft(split_mesh ? edge.w : edge.z)), bulge = last(0, direction);
-    reach /= max(scale * last(g_rings - 1, direction) + abs(grown) * whole.z, 1.5 * u_lens.x);
+    reach = reach / max(scale * last(g_rings - 1, direction) + abs(grown) * whole.z, 1.5 * u_lens.x) + u_strip.w;
     float begin = float(g_rings) * max((split_mesh ? last(g_rings, direction) : edge.w) - reach - 0.01, 0.0), end = float(g_rings) * (1.0 + reach + 1.2 * bulge);
     if (ragged) {
         begin = float(block) / float(blocks) * end;
         end *= float(block + 1) / float(blocks);
     }
-#ifdef PATCH_RIM
+#ifdef PATCH_STRIP
     at = begin + (end - begin) * float(row) / float(BANDS - 1);
 #else
     at = min(float(block * (RINGS - 1) + row), begin);

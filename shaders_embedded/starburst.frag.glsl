@@ -7,7 +7,7 @@ flat in vec4 v_irradiance; /* see starburst.vert.glsl */
 flat in float v_streak;
 in vec2 v_position;
 
-const int ROWS = 160, OCTAVE = 16, BINS = 512, LEVELS = 7, COLUMNS = 1536, SIZES = 15, SAMPLES = 193;
+const int ROWS = 168, OCTAVE = 14, BINS = 512, LEVELS = 7, COLUMNS = 1536, SIZES = 15, SAMPLES = 193;
 const float PI = 3.14159265, MOST = 30000.0; /* half floats end at 65504 */
 
 vec3 angle_at(float row, float turn, int level)
@@ -23,7 +23,7 @@ vec3 angle_at(float row, float turn, int level)
 vec3 starburst()
 {
     float blur = max(v_irradiance.w / u_burst[0].w, 0.125), q = max(length(v_position) / u_burst[0].w, 1e-3), relative = q / blur;
-    float row = clamp(float(OCTAVE) * log2(4.0 * q), 0.0, float(ROWS - 1)), turn = atan(v_position.y, v_position.x) / PI;
+    float row = clamp(float(OCTAVE) * log2(16.0 * q), 0.0, float(ROWS - 1)), turn = atan(v_position.y, v_position.x) / PI;
     turn -= floor(turn);
     float level = max(1.0 + log2(0.382 * float(BINS) / (PI * relative)), 0.0);
     int l = int(min(level, float(LEVELS - 2)));
@@ -33,15 +33,15 @@ vec3 starburst()
     if (row >= float(ROWS - 1)) mean = u_burst[1].rgb / (q * q * q);
     float far = clamp(relative - float(SAMPLES - 1) / 32.0 + 1.0, 0.0, 1.0), size = min(log2(8.0 * blur), float(SIZES - 1));
     vec3 disc = texture(u_radial, vec2((min(32.0 * relative, float(SAMPLES - 1)) + 0.5) / float(SAMPLES), (size + 0.5) / float(SIZES))).rgb;
-    return angle * (far * mean * (1.0 + 1.125 / (relative * relative)) + (1.0 - far) * disc * disc / (PI * blur * blur));
+    return angle * (far * mean * (1.0 + 1.125 * q * q / (relative * relative * (1.0 + q) * (1.0 + q))) + (1.0 - far) * disc * disc / (PI * blur * blur));
 }
 
 void main()
 {
     vec3 share;
     if (v_streak > 0.0) {
-        float along = max(1.0 - abs(v_position.x) / v_streak, 0.0), u = v_position.y / v_irradiance.w;
-        share = vec3(1.5 * along * along * along / v_streak * max(1.0 - u * u, 0.0) / v_irradiance.w);
+        float along = max(1.0 - abs(v_position.x) / v_streak, 0.0), u = v_position.y / v_irradiance.w, across = max(1.0 - u * u, 0.0);
+        share = vec3(1.875 * along * along * along / v_streak * across * across / v_irradiance.w);
     } else {
         share = starburst();
     }

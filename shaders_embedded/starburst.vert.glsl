@@ -17,7 +17,7 @@ void main()
     v_irradiance = vec4(irradiance * u_burst[0].rgb, sqrt(lamp * lamp + 0.318 * u_lens.x * u_lens.x));
     v_streak = 0.0;
     if ((gl_InstanceID & 1) != 0) {
-        float half_width = sqrt(u_burst[1].w * u_burst[1].w + 5.0 * (0.715 * 0.715 / 5.0 * u_lens.x * u_lens.x + 0.25 * lamp * lamp));
+        float half_width = sqrt(u_burst[1].w * u_burst[1].w + 7.0 * (0.715 * 0.715 / 5.0 * u_lens.x * u_lens.x + 0.25 * lamp * lamp));
         reach = vec2(l3.w, l3.w > 0.0 ? half_width : 0.0);
         v_irradiance = vec4(irradiance * u_burst[2].rgb, half_width);
         v_streak = l3.w;

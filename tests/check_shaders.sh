@@ -16,7 +16,7 @@ for version in "330 core" "300 es"; do
             {
                 echo "#version $version"
                 [ "$version" = "300 es" ] && printf 'precision highp float;\nprecision highp int;\n'
-                echo "#define $define"
+                echo "$define" | tr , '\n' | sed 's/^/#define /'
                 cat $shared
                 [ "$cuts" = cuts ] && [ "$stage" = "$fragment.frag" ] && cat shaders_embedded/cuts.glsl
                 cat "shaders_embedded/$stage.glsl"
@@ -36,6 +36,7 @@ RIM ghost ghost cuts shaders_embedded/frame.glsl
 INSIDE ghost ghost cuts shaders_embedded/frame.glsl
 PATCH patch patch - shaders_embedded/frame.glsl
 PATCH_RIM patch patch cuts shaders_embedded/frame.glsl
+PATCH_RIM,PATCH_STRIP patch patch cuts shaders_embedded/frame.glsl
 STRIP screen strip - /dev/null
 ADD screen add - /dev/null
 STARBURST starburst starburst - shaders_embedded/frame.glsl
