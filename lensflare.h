@@ -197,7 +197,7 @@
    BLEND_DST_RGB, BLEND_SRC_ALPHA, BLEND_DST_ALPHA, BLEND_EQUATION_RGB, BLEND_EQUATION_ALPHA, CURRENT_PROGRAM,
    VERTEX_ARRAY_BINDING, ARRAY_BUFFER_BINDING, UNIFORM_BUFFER_BINDING, PIXEL_UNPACK_BUFFER_BINDING, UNPACK_ALIGNMENT,
    UNPACK_SWAP_BYTES (not in ES), UNPACK_ROW_LENGTH, UNPACK_SKIP_ROWS, UNPACK_SKIP_PIXELS, in WebGL alone UNPACK_FLIP_Y_WEBGL and
-   UNPACK_PREMULTIPLY_ALPHA_WEBGL, DRAW_FRAMEBUFFER_BINDING, VIEWPORT, ACTIVE_TEXTURE; 2D texture and sampler of units 0 to 3; uniform buffer 0 with its range.
+   UNPACK_PREMULTIPLY_ALPHA_WEBGL, DRAW_FRAMEBUFFER_BINDING, VIEWPORT, ACTIVE_TEXTURE; 2D texture and sampler of units 0 to 4; uniform buffer 0 with its range.
    lflare_gl_draw and lflare_gl_add_half leave framebuffer, viewport and scissor to the caller and so never change them; with
    no_restore lflare_gl_draw_half and lflare_gl_occlusion leave their own bound. Colour mask and blending are those of draw
    buffer 0, put back to all draw buffers. sRGB encoding on write stays the caller's. No transform feedback may be active.
@@ -569,6 +569,11 @@ LFLARE_API lflare_result lflare_starburst_begin(const lflare_iris *iris, int32_t
                                                 lflare_starburst_job *job);
 LFLARE_API lflare_result lflare_starburst_step(lflare_starburst_job *job, int32_t slices);
 
+/* Fringes of edges: LFLARE_RINGING_BLURS rows of LFLARE_RINGING_SAMPLES, the share of light across an edge, for blurs of the edge up to
+   8 fringe lengths (lflare_edge.soft over .ring), from 2.5 lengths and the blur outside to 5 and the blur inside. 5 ms. */
+enum { LFLARE_RINGING_SAMPLES = 256, LFLARE_RINGING_BLURS = 16, LFLARE_RINGING_FLOATS = LFLARE_RINGING_SAMPLES * LFLARE_RINGING_BLURS };
+LFLARE_API void lflare_ringing_make(float *out);
+
 /* Irradiance at a distance (x, y) from the light's image, of a point of light blurred by a disc of radius `blur` > 0; all in the
    table's units. About 60 ns. */
 LFLARE_API void lflare_starburst_at(const lflare_starburst *starburst, float x, float y, float blur, float *rgb);
@@ -707,6 +712,7 @@ typedef struct lflare_settings {
     int32_t paper_clipping;    /* 1: only front rim and iris clip, as in Lee & Eisemann 2013 */
     float iris_softness;       /* edges of the iris fade over so much on either side, in its radii: 0 to 0.5 */
     lflare_mask_desc mask;     /* what stands in the iris besides; its image is read until configure is complete */
+    int32_t no_ringing;        /* 1: ghosts' edges without diffraction's fringes */
     int32_t no_starburst;
     int32_t starburst_size;    /* of its transform: see lflare_starburst_bytes; 0 = 1024 */
     float starburst_scale;     /* of its size, its flux kept; 0 = 1, as it is */
@@ -769,6 +775,7 @@ typedef struct lflare_tables {
     float *film;            /* [surface_count * LFLARE_FILM_SAMPLES * 4] */
     float *index;           /* [surface_count * 4]: behind each surface, 0 */
     float *transmission;    /* [LFLARE_WAVELENGTHS]: of the lens for the light's own image, on its axis */
+    float *ringing;         /* [LFLARE_RINGING_FLOATS]: see lflare_ringing_make; NULL with LFLARE_NO_DIFFRACTION */
     const uint8_t *fit;     /* checked; NULL: there is none */
     /* settings: filled by lflare_tables_configure_* */
     float *field;           /* [ghost_count * LFLARE_FIELD_SAMPLES * LFLARE_FIELD_FLOATS] */
@@ -780,6 +787,7 @@ typedef struct lflare_tables {
     lflare_cull *cull;      /* [ghost_count], the first active_count in use, strongest first */
     int32_t active_count, ghost_budget;
     lflare_model model;     /* in force: paraxial or polynomial */
+    int32_t fringes;        /* 1: edges have them */
     float exposure;         /* gain on the lights' colour */
     float mean_irradiance;  /* over the frame, of a light of 1 at the exposure's reference, without exposure */
     float fnumber;          /* effective */
@@ -863,6 +871,7 @@ LFLARE_API float lflare_fade(float now, float target, float dt, float attack, fl
    with blades, the blades in its place. */
 typedef struct lflare_edge {
     float gain[LFLARE_WAVELENGTHS], offset[LFLARE_WAVELENGTHS], soft[LFLARE_WAVELENGTHS];
+    float ring[LFLARE_WAVELENGTHS]; /* length of diffraction's fringes, 1 / sqrt(2 x Fresnel number); 0: they do not show */
 } lflare_edge;
 
 /* A ghost as drawn for one light: what the vertex shader computes, for renderers of your own. */
@@ -874,6 +883,7 @@ typedef struct lflare_footprint {
     int32_t fine;                            /* 1: under 4 pixels in radius: edges are meant for 4 x 4 samples a pixel */
     int32_t edge_count;
     lflare_edge edges[LFLARE_MAX_EDGES];
+    const float *ringing;                    /* the tables' */
 } lflare_footprint;
 
 /* Resolves one instance. Returns 0 if nothing is left to draw. */
@@ -894,6 +904,7 @@ typedef struct lflare_patch_vertex {
     float iris[LFLARE_WAVELENGTHS][2];     /* where the ray meets the iris, in units of its radius */
     float rim[LFLARE_WAVELENGTHS];         /* how far out on the rim that clips first, in units of its clear radius: inside is below 1 */
     float rim_soft;                        /* over which that rim's edge fades on either side, mm on the sensor */
+    float rim_ring, iris_ring;             /* length of fringes at that rim and at the iris, likewise */
     float turn, bulge;                     /* counts directions; rims are round: subtract 4 bulge f (1 - f) from `rim`, f being the
                                               fraction of `turn` */
 } lflare_patch_vertex;
@@ -2712,37 +2723,88 @@ LFLARE_API lflare_result lflare_iris_make(const lflare_lens *lens, double fnumbe
 
 /* -- edges -- */
 
+#define LFLARE__RING_WASHED 8.0f /* softness over the fringes' length from which on they do not show */
+#define LFLARE__RING_INNER 5.0f  /* how far they are drawn, in their length */
+#define LFLARE__RING_OUTER 2.5f
+#define LFLARE__RING_MOST 0.2143f /* from Fresnel number 100 to 11 they fade */
+#define LFLARE__RING_FADE 7.0f
+
 LFLARE_API float lflare_edge_coverage(float t)
 {
     t = lflare__minf(lflare__maxf(t, -1), 1);
     return 0.5f + t * (0.75f - 0.25f * t * t);
 }
 
+/* How an edge fades: over +-soft, with the fringes of length `ring` that diffraction adds (P 9). Both in the edge's own units. */
+typedef struct lflare__profile {
+    float soft, ring, inner, outer; /* how far fringes reach inwards and shadow outwards */
+    const float *ringing;           /* LFLARE_RINGING_FLOATS; NULL: none */
+} lflare__profile;
+
+/* Of fringes that matter: not washed out, of ghosts of Fresnel number 1 / (2 ring^2) above 11. */
+static lflare__profile lflare__profile_make(const float *ringing, float soft, float ring)
+{
+    lflare__profile p;
+    if (ringing == NULL || !(LFLARE__RING_WASHED * ring > soft && ring < LFLARE__RING_MOST)) ring = 0;
+    p.soft = soft;
+    p.ring = ring;
+    p.inner = soft + LFLARE__RING_INNER * ring;
+    p.outer = soft + LFLARE__RING_OUTER * ring;
+    p.ringing = ringing;
+    return p;
+}
+
+/* Share of light at a distance inside the edge: 0 at -outer, 1 at inner; above 1 on fringes. Below Fresnel numbers of 100 the fringes
+   of a straight edge are no longer what is there: they fade, as the table does towards where they are washed out. */
+static float lflare__profile_at(const lflare__profile *p, float d)
+{
+    float plain = lflare_edge_coverage(d / p->soft), blur, u, v, f, g;
+    const float *a;
+    int32_t i, j;
+    if (!(p->ring > 0)) return plain;
+    blur = p->soft / p->ring;
+    u = lflare__minf(lflare__maxf((d + p->outer) / (p->inner + p->outer), 0), 1) * (LFLARE_RINGING_SAMPLES - 1);
+    v = blur / (blur + 2) * ((LFLARE__RING_WASHED + 2) / LFLARE__RING_WASHED) * (LFLARE_RINGING_BLURS - 1);
+    i = (int32_t)lflare__minf(u, LFLARE_RINGING_SAMPLES - 2);
+    j = (int32_t)lflare__minf(v, LFLARE_RINGING_BLURS - 2);
+    f = u - (float)i;
+    g = v - (float)j;
+    a = p->ringing + j * LFLARE_RINGING_SAMPLES + i;
+    f = (1 - g) * (a[0] + f * (a[1] - a[0])) + g * (a[LFLARE_RINGING_SAMPLES] + f * (a[LFLARE_RINGING_SAMPLES + 1] - a[LFLARE_RINGING_SAMPLES]));
+    return plain + lflare__minf(LFLARE__RING_FADE * (LFLARE__RING_MOST - p->ring), 1) * (f - plain);
+}
+
 /* The two edges that cut most at a point, with their inward normals. */
 typedef struct lflare__cuts {
-    float c[2], nx[2], ny[2];
+    float t[2], c[2], nx[2], ny[2]; /* distance inside over how far the edge reaches; share of light */
 } lflare__cuts;
 
-static void lflare__cut(lflare__cuts *cuts, float coverage, float nx, float ny)
+static const lflare__cuts lflare__uncut = {{1, 1}, {1, 1}, {0, 0}, {0, 0}};
+
+/* An edge, d inside. */
+static void lflare__cut(lflare__cuts *cuts, const lflare__profile *p, float d, float nx, float ny)
 {
-    int32_t at = coverage < cuts->c[0] ? 0 : 1;
-    if (coverage >= cuts->c[1]) return;
+    float t = lflare__maxf(d > 0 ? d / p->inner : d / p->outer, -1);
+    int32_t at = t < cuts->t[0] ? 0 : 1;
+    if (t >= cuts->t[1]) return;
     if (at == 0) {
+        cuts->t[1] = cuts->t[0];
         cuts->c[1] = cuts->c[0];
         cuts->nx[1] = cuts->nx[0];
         cuts->ny[1] = cuts->ny[0];
     }
-    cuts->c[at] = coverage;
+    cuts->t[at] = t;
+    cuts->c[at] = lflare__profile_at(p, d);
     cuts->nx[at] = nx;
     cuts->ny[at] = ny;
 }
 
-static void lflare__cut_circle(lflare__cuts *cuts, float ax, float ay, float radius, float soft, float sign)
+static void lflare__cut_circle(lflare__cuts *cuts, float ax, float ay, float radius, const lflare__profile *p, float sign)
 {
-    float length = sqrtf(ax * ax + ay * ay), t = (radius - length) / soft, inv;
-    if (t >= 1) return;
+    float length = sqrtf(ax * ax + ay * ay), inv;
+    if (radius - length >= p->inner) return;
     inv = -sign / lflare__maxf(length, 1e-20f);
-    lflare__cut(cuts, lflare_edge_coverage(t), ax * inv, ay * inv);
+    lflare__cut(cuts, p, radius - length, ax * inv, ay * inv);
 }
 
 /* Two soft half planes whose normals enclose an angle of cosine rho: the mixture of "independent" and "one and the same"
@@ -2750,7 +2812,7 @@ static void lflare__cut_circle(lflare__cuts *cuts, float ax, float ay, float rad
 static float lflare__both(const lflare__cuts *cuts)
 {
     float a = cuts->c[0], b = cuts->c[1], rho, product = a * b;
-    if (b >= 1 || a <= 0) return a;
+    if (cuts->t[1] >= 1 || a <= 0) return a;
     rho = lflare__minf(lflare__maxf(cuts->nx[0] * cuts->nx[1] + cuts->ny[0] * cuts->ny[1], -1), 1);
     return rho > 0 ? product + rho * (a - product) : product - rho * (lflare__maxf(a + b - 1, 0) - product);
 }
@@ -2758,15 +2820,14 @@ static float lflare__both(const lflare__cuts *cuts)
 /* What the blades, or the circumscribed circle, leave of a point. */
 static float lflare__iris_outline(const lflare_iris *iris, float x, float y, float soft)
 {
-    lflare__cuts cuts = {{1, 1}, {0, 0}, {0, 0}};
+    lflare__cuts cuts = lflare__uncut;
+    lflare__profile p = lflare__profile_make(NULL, sqrtf(soft * soft + iris->softness * iris->softness) + 1e-7f, 0);
     int32_t i;
-    soft = sqrtf(soft * soft + iris->softness * iris->softness) + 1e-7f;
-    if (iris->blade_count == 0) lflare__cut_circle(&cuts, x, y, 1, soft, 1);
+    if (iris->blade_count == 0) lflare__cut_circle(&cuts, x, y, 1, &p, 1);
     for (i = 0; i < iris->blade_count; i++) {
         const lflare_blade *b = &iris->blades[i];
-        float t = (b->distance - b->nx * x - b->ny * y) / soft;
-        if (b->arc > 0) lflare__cut_circle(&cuts, x + b->nx * b->distance, y + b->ny * b->distance, b->arc, soft, 1);
-        else if (t < 1) lflare__cut(&cuts, lflare_edge_coverage(t), -b->nx, -b->ny);
+        if (b->arc > 0) lflare__cut_circle(&cuts, x + b->nx * b->distance, y + b->ny * b->distance, b->arc, &p, 1);
+        else lflare__cut(&cuts, &p, b->distance - b->nx * x - b->ny * y, -b->nx, -b->ny);
     }
     return lflare__both(&cuts);
 }
@@ -3528,6 +3589,87 @@ LFLARE_API void lflare_starburst_at(const lflare_starburst *s, float x, float y,
             mean += (1 - far) * v * v / (3.14159265f * blur * blur);
         }
         rgb[k] = angle * mean;
+    }
+}
+
+/* -- ringing -- */
+
+/* Adds to Fresnel's integrals of cos and sin of pi t^2 / 2 what lies between `from` and `from` + `step`: Gauss's two points a quarter. */
+static void lflare__fresnel(double *c, double *s, double from, double step)
+{
+    int32_t i;
+    for (i = 0; i < 8; i++) {
+        double t = from + step * ((i / 2 + 0.5) / 4 + (i % 2 == 0 ? -1 : 1) / 8.0 / 1.7320508075688772);
+        *c += step / 8 * cos(0.5 * LFLARE__PI * t * t);
+        *s += step / 8 * sin(0.5 * LFLARE__PI * t * t);
+    }
+}
+
+enum { LFLARE__KNIFE_STEP = 32, LFLARE__KNIFE_REACH = 16 * LFLARE__KNIFE_STEP }; /* samples a fringe's length; on either side */
+
+/* A straight edge from 16 lengths outside to 16 inside, mean over a band of the wavelength: a Gaussian's spread of 5 %. */
+static void lflare__knife_edge(float *out)
+{
+    enum { REACH = LFLARE__KNIFE_REACH + LFLARE__KNIFE_REACH / 4, BAND = 5 };
+    float sharp[2 * REACH + 1];
+    double c = 0, s = 0;
+    int32_t i, k;
+    for (i = 0; i <= REACH; i++) {
+        sharp[REACH + i] = (float)(0.5 * ((c + 0.5) * (c + 0.5) + (s + 0.5) * (s + 0.5)));
+        sharp[REACH - i] = (float)(0.5 * ((c - 0.5) * (c - 0.5) + (s - 0.5) * (s - 0.5)));
+        lflare__fresnel(&c, &s, (double)i / LFLARE__KNIFE_STEP, 1.0 / LFLARE__KNIFE_STEP);
+    }
+    for (i = -LFLARE__KNIFE_REACH; i <= LFLARE__KNIFE_REACH; i++) {
+        double sum = 0, weights = 0;
+        for (k = -BAND; k <= BAND; k++) {
+            double x = 2.5 * k / BAND, weight = exp(-0.5 * x * x), at = REACH + i / sqrt(1 + 0.05 * x), f = at - floor(at);
+            sum += weight * ((1 - f) * (double)sharp[(int32_t)at] + f * (double)sharp[(int32_t)at + 1]);
+            weights += weight;
+        }
+        out[i + LFLARE__KNIFE_REACH] = (float)(sum / weights);
+    }
+}
+
+/* The knife edge at w lengths inside, blurred by the density of lflare_edge_coverage. */
+static double lflare__knife_blurred(const float *knife, double w, double blur)
+{
+    double sum = 0, weights = 0, half = blur * LFLARE__KNIFE_STEP + 1;
+    int32_t k;
+    for (k = -(int32_t)half; k <= (int32_t)half; k++) {
+        double x = k / half, weight = lflare__max(1 - x * x, 0), at = lflare__clamp(w * LFLARE__KNIFE_STEP + k + LFLARE__KNIFE_REACH, 0, 2 * LFLARE__KNIFE_REACH - 1), f = at - floor(at);
+        sum += weight * ((1 - f) * (double)knife[(int32_t)at] + f * (double)knife[(int32_t)at + 1]);
+        weights += weight;
+    }
+    return sum / weights;
+}
+
+/* One blur: at both ends the profile fades to 0 and 1; what light that takes away is spread over the middle, so that an edge
+   with fringes passes as much as a sharp one. */
+static void lflare__ringing_row(const float *knife, double blur, float *out)
+{
+    double span = 2 * blur + (double)(LFLARE__RING_INNER + LFLARE__RING_OUTER), edge = (blur + (double)LFLARE__RING_OUTER) / span, last = LFLARE_RINGING_SAMPLES - 1, missing, spread = 0;
+    int32_t i;
+    missing = last * (1 - edge); /* what a sharp edge passes */
+    for (i = 0; i < LFLARE_RINGING_SAMPLES; i++) {
+        double u = i / last, sharp = u > edge ? 1 : 0, fade = lflare__min(lflare__min(u * span, (1 - u) * span / 1.5), 1);
+        out[i] = (float)(sharp + fade * fade * (3 - 2 * fade) * (lflare__knife_blurred(knife, span * (u - edge), blur) - sharp));
+        missing -= (i == 0 || i == LFLARE_RINGING_SAMPLES - 1 ? 0.5 : 1) * (double)out[i];
+        spread += u * u * (1 - u) * (1 - u);
+    }
+    for (i = 0; i < LFLARE_RINGING_SAMPLES; i++) {
+        double u = i / last;
+        out[i] += (float)(missing * u * u * (1 - u) * (1 - u) / spread);
+    }
+}
+
+LFLARE_API void lflare_ringing_make(float *out)
+{
+    float knife[2 * LFLARE__KNIFE_REACH + 1];
+    int32_t j;
+    lflare__knife_edge(knife);
+    for (j = 0; j < LFLARE_RINGING_BLURS; j++) {
+        double v = (double)j / (LFLARE_RINGING_BLURS - 1) * (double)(LFLARE__RING_WASHED / (LFLARE__RING_WASHED + 2));
+        lflare__ringing_row(knife, 2 * v / (1 - v), out + j * LFLARE_RINGING_SAMPLES);
     }
 }
 
@@ -5540,7 +5682,11 @@ LFLARE_API lflare_tables_size lflare_tables_layout(const lflare_lens *lens, cons
     arrays[1] = ghosts * LFLARE_HEAD_FLOATS * f;
     arrays[2] = ghosts * LFLARE_MAX_RIMS * LFLARE_RIM_FLOATS * f;
     arrays[3] = surfaces * LFLARE_FILM_SAMPLES * 4 * f;
+#ifndef LFLARE_NO_DIFFRACTION
+    arrays[4] = ((surfaces + 1) * 4 + LFLARE_RINGING_FLOATS) * f;
+#else
     arrays[4] = (surfaces + 1) * 4 * f;
+#endif
     arrays[5] = ghosts * LFLARE_FIELD_SAMPLES * LFLARE_FIELD_FLOATS * f;
     arrays[6] = ghosts * LFLARE_STYLE_FLOATS * f;
     arrays[7] = ghosts * 2 * f;
@@ -5561,6 +5707,11 @@ LFLARE_API lflare_tables_size lflare_tables_layout(const lflare_lens *lens, cons
         t->film = (float *)lflare__carve(&at, arrays[3]);
         t->index = (float *)lflare__carve(&at, arrays[4]);
         t->transmission = t->index + surfaces * 4;
+#ifndef LFLARE_NO_DIFFRACTION
+        t->ringing = t->transmission + 4;
+#else
+        t->ringing = NULL;
+#endif
     }
     if (settings_memory != NULL) {
         char *at = (char *)settings_memory;
@@ -5713,6 +5864,9 @@ LFLARE_API lflare_result lflare_tables_prepare(const lflare_lens *lens, lflare_t
         lflare_layer scratch[LFLARE_MAX_LAYERS];
         count = t->ghost_count;
         lflare_ghost_list(lens, t->pairs, &count);
+#ifndef LFLARE_NO_DIFFRACTION
+        lflare_ringing_make(t->ringing);
+#endif
         for (i = 0; i < lens->surface_count; i++) {
             lflare__film_row(lens, i, scratch, t->film + (size_t)i * LFLARE_FILM_SAMPLES * 4);
             for (k = 0; k < LFLARE_WAVELENGTHS; k++) t->index[i * 4 + k] = (float)n[k][i + 1];
@@ -5811,6 +5965,7 @@ LFLARE_API lflare_result lflare_tables_configure_begin(const lflare_lens *lens, 
         !lflare__finite3(s->streak.tint))
         return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "streak: share is 0 to 1, length and thickness 0 to 100, tint finite");
     t->iris.softness = s->iris_softness;
+    t->fringes = t->ringing != NULL && !s->no_ringing;
     t->starburst = NULL;
     t->starburst_unit = 0.5f * 550e-6f * t->efl * (float)fabs(lens->stop_a11) / t->iris.radius * (s->starburst_scale > 0 ? s->starburst_scale : 1);
     t->model = s->model == LFLARE_MODEL_PARAXIAL || t->mesh == NULL ? LFLARE_MODEL_PARAXIAL : LFLARE_MODEL_POLYNOMIAL;
@@ -6258,25 +6413,33 @@ typedef struct lflare__drawn {
     float drawn[LFLARE_WAVELENGTHS], scale;
 } lflare__drawn;
 
-/* An edge |a r + b u| <= h in coordinates of the drawn footprint; `rim` and `head` are 4 floats apart per wavelength. */
-static lflare_edge lflare__edge_make(const float *rim, float h, const float *head, const lflare__drawn *d, const lflare__sample *s,
-                                     const lflare_frame_light *l, float pixel)
+/* An edge |a r + b u| <= h in coordinates of the drawn footprint; `rim` and `head` are 4 floats apart per wavelength. Softness and
+   fringes of the middle wavelength serve all three, in their measure. */
+static lflare_edge lflare__edge_make(const lflare_tables *t, const float *rim, float h, const float *head, const lflare__drawn *d, const lflare__sample *s,
+                                     const lflare_frame_light *l, float pixel, float softness)
 {
+    float a = rim[4] / h, c = head[7] * a - head[6] * rim[5] / h, grid = pixel * a / d->drawn[1], lamp = c * d->scale / d->drawn[1] * l->angular_radius; /* |c| alpha, seen in the rim's plane */
+    float soft = sqrtf(5 * (LFLARE__PIXEL_VARIANCE * grid * grid + 0.25f * lamp * lamp));
+    float ring = t->fringes ? sqrtf(0.5e-6f * t->wavelengths[1] * fabsf(a * c) / lflare__maxf(fabsf(head[6]), 1e-12f)) : 0; /* P 9 */
     lflare_edge e;
     int32_t k;
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
-        float a = rim[4 * k] / h, b = rim[4 * k + 1] / h, grid, lamp;
-        e.gain[k] = a / d->drawn[k];
-        e.offset[k] = a * s->centroid + b * l->slope_length;
-        grid = pixel * e.gain[k];
-        lamp = (head[4 * k + 3] * a - head[4 * k + 2] * b) * d->scale / d->drawn[k] * l->angular_radius; /* |c_k| alpha, seen in the rim's plane */
-        e.soft[k] = sqrtf(5 * (LFLARE__PIXEL_VARIANCE * grid * grid + 0.25f * lamp * lamp)) + 1e-7f;
+        e.gain[k] = rim[4 * k] / h / d->drawn[k];
+        e.offset[k] = rim[4 * k] / h * s->centroid + rim[4 * k + 1] / h * l->slope_length;
+        e.soft[k] = soft * fabsf(d->drawn[1] / d->drawn[k]);
+        e.soft[k] = sqrtf(e.soft[k] * e.soft[k] + softness * softness) + 1e-7f;
+        e.ring[k] = ring * sqrtf(t->wavelengths[k] / t->wavelengths[1]);
     }
     return e;
 }
 
+static lflare__profile lflare__edge_profile(const lflare_edge *e, int32_t k, const float *ringing) { return lflare__profile_make(ringing, e->soft[k], e->ring[k]); }
+
 /* Reach of an edge's image about its own centre, soft edge included. */
-static float lflare__edge_extent(const lflare_edge *e, int32_t k) { return (1 + e->soft[k]) / lflare__maxf(fabsf(e->gain[k]), 1e-12f); }
+static float lflare__edge_extent(const lflare_edge *e, int32_t k, const float *ringing)
+{
+    return (1 + lflare__edge_profile(e, k, ringing).outer) / lflare__maxf(fabsf(e->gain[k]), 1e-12f);
+}
 
 /* The iris, then those of pupil and rims that bind hereabouts and do not hold all of the smallest edge: the
    LFLARE_MAX_EDGES - 1 that cut deepest into it. */
@@ -6288,18 +6451,18 @@ static void lflare__footprint_edges(const lflare_tables *t, int32_t g, const lfl
     lflare_edge e[2 + LFLARE_MAX_RIMS];
     float depth[LFLARE_MAX_EDGES], middle, reach;
     int32_t count = 1, i, k, smallest = 0;
-    e[0] = lflare__edge_make(head, t->iris.radius, head, d, s, l, pixel);
-    for (k = 0; k < LFLARE_WAVELENGTHS && t->iris.softness > 0; k++) e[0].soft[k] = sqrtf(e[0].soft[k] * e[0].soft[k] + t->iris.softness * t->iris.softness);
-    if (s->binding & 1) e[count++] = lflare__edge_make(pupil, t->entrance_radius, head, d, s, l, pixel);
+    out->ringing = t->ringing;
+    e[0] = lflare__edge_make(t, head, t->iris.radius, head, d, s, l, pixel, t->iris.softness);
+    if (s->binding & 1) e[count++] = lflare__edge_make(t, pupil, t->entrance_radius, head, d, s, l, pixel, 0);
     for (i = 0; i < LFLARE_MAX_RIMS; i++, rim += LFLARE_RIM_FLOATS)
-        if (s->binding >> (i + 1) & 1) e[count++] = lflare__edge_make(rim, rim[2], head, d, s, l, pixel);
+        if (s->binding >> (i + 1) & 1) e[count++] = lflare__edge_make(t, rim, rim[2], head, d, s, l, pixel, 0);
     for (i = 1; i < count; i++)
-        if (lflare__edge_extent(&e[i], 1) < lflare__edge_extent(&e[smallest], 1)) smallest = i;
-    reach = lflare__edge_extent(&e[smallest], 1);
+        if (lflare__edge_extent(&e[i], 1, t->ringing) < lflare__edge_extent(&e[smallest], 1, t->ringing)) smallest = i;
+    reach = lflare__edge_extent(&e[smallest], 1, t->ringing);
     middle = -e[smallest].offset[1] / e[smallest].gain[1];
     out->radius = 0;
     for (k = 0; k < LFLARE_WAVELENGTHS; k++)
-        out->radius = lflare__maxf(out->radius, fabsf(e[smallest].offset[k]) / lflare__maxf(fabsf(e[smallest].gain[k]), 1e-12f) + lflare__edge_extent(&e[smallest], k));
+        out->radius = lflare__maxf(out->radius, fabsf(e[smallest].offset[k]) / lflare__maxf(fabsf(e[smallest].gain[k]), 1e-12f) + lflare__edge_extent(&e[smallest], k, t->ringing));
     out->edges[0] = e[0];
     out->edge_count = 1;
     for (i = 1; i < count; i++) {
@@ -6451,6 +6614,8 @@ typedef struct lflare__patch_shape {
     float shift[2], middle, entrance; /* of the centre: sensor, mirror plane; mm */
     float pixel, grid;        /* mm; its variance, mm^2 */
     float softness;           /* of the iris, in its radii */
+    const float *ringing;     /* NULL: no fringes */
+    float half_wave, widest;  /* mm, middle wavelength; fringes of the longest over its */
 } lflare__patch_shape;
 
 /* Width over which an edge fades that a lamp of one radian would blur by `lamp` mm. */
@@ -6458,6 +6623,12 @@ static float lflare__patch_soft(const lflare__patch_shape *p, float lamp)
 {
     lamp *= p->light->angular_radius * p->style[3];
     return sqrtf(5 * (p->grid + 0.25f * lamp * lamp));
+}
+
+/* Length of the fringes of such an edge, mm, where the map shrinks areas so (P 9; sqrt |shrink| stands for |M11|). */
+static float lflare__patch_ring(const lflare__patch_shape *p, float shrink, float lamp)
+{
+    return p->ringing != NULL ? p->style[3] * sqrtf(p->half_wave * sqrtf(fabsf(shrink)) * fabsf(lamp)) : 0;
 }
 
 /* Turns a vector from the light's frame. */
@@ -6490,19 +6661,23 @@ static void lflare__patch_vertex(const lflare__mesh_view *v, const lflare__patch
     lflare__turn(axis, p->middle + scale * (m.sensor[0] - p->middle) + p->grown * m.entrance[0], side * (scale * m.sensor[1] + p->grown * m.entrance[1]), out->position);
     for (k = 0; k < 2; k++) out->position[k] += p->shift[k];
     out->rim_soft = lflare__patch_soft(p, m.lamp);
+    out->rim_ring = lflare__patch_ring(p, m.shrink, m.lamp);
+    out->iris_ring = lflare__patch_ring(p, m.shrink, v->knots[1]);
     out->turn = side > 0 ? (float)direction : (float)(2 * v->directions - direction);
     out->bulge = lflare__mesh_float(v, 0, direction, v->floats - 1, 0);
 }
 
-/* From where to where the rim reaches in a direction, in rings, its soft edges included. */
+/* From where to where the rim reaches in a direction, in rings, its soft edges and fringes included. */
 static void lflare__patch_band(const lflare__mesh_view *v, const lflare__patch_shape *p, float iris_soft, int32_t direction, float *begin, float *end)
 {
-    int32_t last = v->floats - 1, lamp = v->floats == LFLARE__MESH_SPLIT ? 7 : 18;
+    int32_t last = v->floats - 1, split = v->floats == LFLARE__MESH_SPLIT;
+    float lamp = lflare__mesh_float(v, v->rings, direction, split ? 7 : 18, 0), shrink = lflare__mesh_float(v, v->rings, direction, split ? 5 : 7, 1);
     float rate = p->style[3] * lflare__mesh_float(v, v->rings - 1, direction, last, 0) + fabsf(p->grown) * v->knots[2];
-    float soft = 1.1f * lflare__maxf(iris_soft, lflare__patch_soft(p, lflare__mesh_float(v, v->rings, direction, lamp, 0))) / lflare__maxf(rate, 1.5f * p->pixel); /* see lflare__cut_slope */
-    soft += p->softness;
-    *begin = (float)v->rings * lflare__maxf(lflare__mesh_float(v, v->rings, direction, last, 0) - soft - 0.01f, 0);
-    *end = (float)v->rings * (1 + soft + 1.2f * lflare__mesh_float(v, 0, direction, last, 0)); /* heights grow by about 1 on the way */
+    float inverse = 1.1f / lflare__maxf(rate, 1.5f * p->pixel); /* see lflare__cut_slope */
+    lflare__profile iris = lflare__profile_make(p->ringing, inverse * iris_soft, inverse * p->widest * lflare__patch_ring(p, shrink, v->knots[1]));
+    lflare__profile rim = lflare__profile_make(p->ringing, inverse * lflare__patch_soft(p, lamp), inverse * p->widest * lflare__patch_ring(p, shrink, lamp));
+    *begin = (float)v->rings * lflare__maxf(lflare__mesh_float(v, v->rings, direction, last, 0) - lflare__maxf(iris.inner, rim.inner) - p->softness - 0.01f, 0);
+    *end = (float)v->rings * (1 + lflare__maxf(iris.outer, rim.outer) + p->softness + 1.2f * lflare__mesh_float(v, 0, direction, last, 0)); /* heights grow by about 1 on the way */
 }
 
 /* Ghosts never get smaller than a disc (P 3): smaller ones would flicker as they pass from pixel to pixel, or be brighter than
@@ -6530,6 +6705,9 @@ LFLARE_API int32_t lflare_patch_resolve(const lflare_tables *t, const lflare_fra
     p.light = l;
     p.style = t->style + (size_t)instance.ghost * LFLARE_STYLE_FLOATS;
     p.softness = t->iris.softness;
+    p.ringing = t->fringes ? t->ringing : NULL;
+    p.half_wave = 0.5e-6f * t->wavelengths[1];
+    p.widest = sqrtf(t->wavelengths[0] / t->wavelengths[1]);
     p.pixel = f->pixel;
     p.grid = LFLARE__PIXEL_VARIANCE * f->pixel * f->pixel;
     out->iris_soft = lflare__patch_soft(&p, v.knots[1]);
@@ -6562,26 +6740,27 @@ LFLARE_API int32_t lflare_patch_resolve(const lflare_tables *t, const lflare_fra
 
 static float lflare__coverage(const lflare_footprint *fp, int32_t k, const lflare_iris *iris, float dx, float dy)
 {
-    lflare__cuts cuts = {{1, 1}, {0, 0}, {0, 0}};
+    lflare__cuts cuts = lflare__uncut;
     const lflare_edge *e = fp->edges;
+    lflare__profile p = lflare__edge_profile(e, k, fp->ringing);
     float sign = e->gain[k] < 0 ? -1.0f : 1.0f;
     float ax = e->gain[k] * dx + e->offset[k] * fp->axis[0], ay = e->gain[k] * dy + e->offset[k] * fp->axis[1];
     int32_t i;
-    if (iris->blade_count == 0) lflare__cut_circle(&cuts, ax, ay, 1, e->soft[k], sign);
+    if (iris->blade_count == 0) lflare__cut_circle(&cuts, ax, ay, 1, &p, sign);
     for (i = 0; i < iris->blade_count; i++) {
         const lflare_blade *b = &iris->blades[i];
         if (b->arc > 0) {
-            lflare__cut_circle(&cuts, ax + b->nx * b->distance, ay + b->ny * b->distance, b->arc, e->soft[k], sign);
+            lflare__cut_circle(&cuts, ax + b->nx * b->distance, ay + b->ny * b->distance, b->arc, &p, sign);
         } else {
-            float t = (b->distance - b->nx * ax - b->ny * ay) / e->soft[k];
-            if (t < 1) lflare__cut(&cuts, lflare_edge_coverage(t), -sign * b->nx, -sign * b->ny);
+            lflare__cut(&cuts, &p, b->distance - b->nx * ax - b->ny * ay, -sign * b->nx, -sign * b->ny);
         }
     }
     for (i = 1; i < fp->edge_count; i++) {
         e = &fp->edges[i];
         ax = e->gain[k] * dx + e->offset[k] * fp->axis[0];
         ay = e->gain[k] * dy + e->offset[k] * fp->axis[1];
-        lflare__cut_circle(&cuts, ax, ay, 1, e->soft[k], e->gain[k] < 0 ? -1.0f : 1.0f);
+        p = lflare__edge_profile(e, k, fp->ringing);
+        lflare__cut_circle(&cuts, ax, ay, 1, &p, e->gain[k] < 0 ? -1.0f : 1.0f);
     }
     if (iris->mask == NULL) return lflare__both(&cuts);
     e = fp->edges;
@@ -6621,7 +6800,8 @@ static lflare__span lflare__common(lflare__span a, lflare__span b)
 /* An edge or a blade on one row: the height vector is (x0 + step X, y) at pixel X. A circle |a| <= radius, or with `line`
    a half plane normal.a <= radius. */
 typedef struct lflare__cutter {
-    double x0, step, y, radius, soft;
+    double x0, step, y, radius;
+    lflare__profile profile;
     float nx, ny, sign;
     int32_t line;
     lflare__span inner; /* where it cuts nothing */
@@ -6661,8 +6841,8 @@ typedef struct lflare__row_shape {
 static int lflare__row_add(lflare__row_shape *r)
 {
     lflare__cutter *c = &r->cutters[r->count++];
-    r->outer = lflare__common(r->outer, lflare__cutter_span(c, c->radius + c->soft));
-    c->inner = lflare__cutter_span(c, c->radius - c->soft);
+    r->outer = lflare__common(r->outer, lflare__cutter_span(c, c->radius + (double)c->profile.outer));
+    c->inner = lflare__cutter_span(c, c->radius - (double)c->profile.inner);
     r->inner = lflare__common(r->inner, c->inner);
     return r->outer.lo <= r->outer.hi;
 }
@@ -6683,7 +6863,7 @@ static int lflare__row_shape_make(const lflare_footprint *fp, int32_t channel, c
         edge.x0 = gain * dx0 + offset * (double)fp->axis[0];
         edge.y = gain * dy + offset * (double)fp->axis[1];
         edge.radius = 1;
-        edge.soft = (double)e->soft[channel];
+        edge.profile = lflare__edge_profile(e, channel, fp->ringing);
         edge.sign = gain < 0 ? -1.0f : 1.0f;
         edge.nx = edge.ny = 0;
         edge.line = 0;
@@ -6715,12 +6895,12 @@ static int lflare__row_shape_make(const lflare_footprint *fp, int32_t channel, c
 static void lflare__row_soft(const lflare__row_shape *r, int32_t from, int32_t to, float irradiance, float *pixels)
 {
     const lflare__cutter *active[LFLARE_MAX_BLADES + LFLARE_MAX_EDGES];
-    float lod = r->masked != NULL ? lflare__mask_lod((float)r->iris.soft) : 0, open = 1;
+    float lod = r->masked != NULL ? lflare__mask_lod(r->iris.profile.soft) : 0, open = 1;
     int32_t count = 0, i, x;
     for (i = 0; i < r->count; i++)
         if (r->cutters[i].inner.lo > from || r->cutters[i].inner.hi < to - 1) active[count++] = &r->cutters[i];
-    if (count == 1 && !active[0]->line && r->masked == NULL) { /* the usual case, kept simple enough to be vectorised */
-        float x0 = (float)active[0]->x0, step = (float)active[0]->step, y2 = (float)(active[0]->y * active[0]->y), inv = (float)(1 / active[0]->soft);
+    if (count == 1 && !active[0]->line && r->masked == NULL && !(active[0]->profile.ring > 0)) { /* the usual case, kept simple enough to be vectorised */
+        float x0 = (float)active[0]->x0, step = (float)active[0]->step, y2 = (float)(active[0]->y * active[0]->y), inv = 1 / active[0]->profile.soft;
         float radius = (float)active[0]->radius;
         for (x = from; x < to; x++) {
             float ax = x0 + step * (float)x, t = (radius - sqrtf(ax * ax + y2)) * inv;
@@ -6729,15 +6909,14 @@ static void lflare__row_soft(const lflare__row_shape *r, int32_t from, int32_t t
         return;
     }
     for (x = from; x < to; x++) {
-        lflare__cuts cuts = {{1, 1}, {0, 0}, {0, 0}};
+        lflare__cuts cuts = lflare__uncut;
         for (i = 0; i < count; i++) {
             const lflare__cutter *c = active[i];
             float ax = (float)(c->x0 + c->step * x), ay = (float)c->y;
             if (c->line) {
-                float t = ((float)c->radius - c->nx * ax - c->ny * ay) / (float)c->soft;
-                if (t < 1) lflare__cut(&cuts, lflare_edge_coverage(t), -c->sign * c->nx, -c->sign * c->ny);
+                lflare__cut(&cuts, &c->profile, (float)c->radius - c->nx * ax - c->ny * ay, -c->sign * c->nx, -c->sign * c->ny);
             } else {
-                lflare__cut_circle(&cuts, ax, ay, (float)c->radius, (float)c->soft, c->sign);
+                lflare__cut_circle(&cuts, ax, ay, (float)c->radius, &c->profile, c->sign);
             }
         }
         if (r->masked != NULL) open = lflare__iris_mask(r->masked, (float)(r->iris.x0 + r->iris.step * x), (float)r->iris.y, lod);
@@ -6882,8 +7061,16 @@ typedef struct lflare__plane {
 typedef struct lflare__triangle {
     double x[3], y[3], twice_area;
     int32_t begin, end; /* channels lit */
-    lflare__plane share[2], irradiance[3], iris[3][2], rim[3], rim_soft, bulge, turn; /* share: of the second and third corner */
+    lflare__plane share[2], irradiance[3], iris[3][2], rim[3], rim_soft, rim_ring, iris_ring, bulge, turn; /* share: of the second and third corner */
 } lflare__triangle;
+
+/* What cuts the triangles of a patch. */
+typedef struct lflare__outline {
+    const lflare_iris *iris;
+    float iris_soft;      /* pixels; 0: nothing does, they lie quite inside */
+    const float *ringing; /* NULL: no fringes */
+    float waves[LFLARE_WAVELENGTHS]; /* fringes' length over that at the middle wavelength */
+} lflare__outline;
 
 /* What of a side lies on a row of pixels: from x = lo to hi, `height` of it, negative if it leads the other way round. */
 typedef struct lflare__side {
@@ -6940,16 +7127,22 @@ static lflare__plane lflare__plane_make(const lflare__triangle *t, float a, floa
 
 static float lflare__plane_at(const lflare__plane *p, float x, float y) { return p->at + p->dx * x + p->dy * y; }
 
+/* How an edge fades: pixels; what else softens it, in its own units. */
+typedef struct lflare__fade {
+    float soft, ring, softness;
+    const float *ringing;
+} lflare__fade;
+
 /* An edge where the height, `over` beyond it, grows by (gx, gy) a pixel. Next to caustics heights race: a fade as wide as that would
    light what the iris stops. */
-static void lflare__cut_slope(lflare__cuts *cuts, float over, float gx, float gy, float soft, float softness)
+static void lflare__cut_slope(lflare__cuts *cuts, const lflare__fade *fade, float over, float gx, float gy)
 {
-    float g = lflare__maxf(sqrtf(gx * gx + gy * gy), 1e-20f), width = soft * lflare__minf(g, 0.6f), t = -over / sqrtf(width * width + softness * softness);
-    if (t < 1) lflare__cut(cuts, lflare_edge_coverage(t), -gx / g, -gy / g);
+    float g = lflare__maxf(sqrtf(gx * gx + gy * gy), 1e-20f), pixels = lflare__minf(g, 0.6f), width = fade->soft * pixels;
+    lflare__profile p = lflare__profile_make(fade->ringing, sqrtf(width * width + fade->softness * fade->softness), fade->ring * pixels);
+    lflare__cut(cuts, &p, -over, -gx / g, -gy / g);
 }
 
-/* The iris's edge: a circle of `radius` about -(ox, oy), or with a radius of 0 the line n.h = distance. */
-static void lflare__cut_iris(lflare__cuts *cuts, const lflare__plane *h, const lflare_blade *b, float hx, float hy, float soft, float softness)
+static void lflare__cut_iris(lflare__cuts *cuts, const lflare__fade *fade, const lflare__plane *h, const lflare_blade *b, float hx, float hy)
 {
     if (b->arc > 0) {
         float length, inv;
@@ -6957,32 +7150,38 @@ static void lflare__cut_iris(lflare__cuts *cuts, const lflare__plane *h, const l
         hy += b->ny * b->distance;
         length = sqrtf(hx * hx + hy * hy);
         inv = 1 / lflare__maxf(length, 1e-20f);
-        lflare__cut_slope(cuts, length - b->arc, (hx * h[0].dx + hy * h[1].dx) * inv, (hx * h[0].dy + hy * h[1].dy) * inv, soft, softness);
+        lflare__cut_slope(cuts, fade, length - b->arc, (hx * h[0].dx + hy * h[1].dx) * inv, (hx * h[0].dy + hy * h[1].dy) * inv);
     } else {
-        lflare__cut_slope(cuts, b->nx * hx + b->ny * hy - b->distance, b->nx * h[0].dx + b->ny * h[1].dx, b->nx * h[0].dy + b->ny * h[1].dy, soft, softness);
+        lflare__cut_slope(cuts, fade, b->nx * hx + b->ny * hy - b->distance, b->nx * h[0].dx + b->ny * h[1].dx, b->nx * h[0].dy + b->ny * h[1].dy);
     }
 }
 
-/* Share of light of a channel at a pixel (x, y) from the first corner; soft widths in pixels. */
-static float lflare__rim_coverage(const lflare__triangle *t, int32_t k, float iris_soft, const lflare_iris *iris, float x, float y)
+/* Share of light of a channel at a pixel (x, y) from the first corner. */
+static float lflare__rim_coverage(const lflare__triangle *t, int32_t k, const lflare__outline *o, float x, float y)
 {
     static const lflare_blade round = {0, 0, 0, 1};
-    lflare__cuts cuts = {{1, 1}, {0, 0}, {0, 0}};
-    float hx = lflare__plane_at(&t->iris[k][0], x, y), hy = lflare__plane_at(&t->iris[k][1], x, y), turn, bulge, bend;
+    const lflare_iris *iris = o->iris;
+    const lflare__plane *h = t->iris[k];
+    lflare__cuts cuts = lflare__uncut;
+    lflare__fade fade;
+    float hx = lflare__plane_at(&h[0], x, y), hy = lflare__plane_at(&h[1], x, y), turn, bulge, bend, slope;
     int32_t i;
-    for (i = 0; i < iris->blade_count; i++) lflare__cut_iris(&cuts, t->iris[k], &iris->blades[i], hx, hy, iris_soft, iris->softness);
-    if (iris->blade_count == 0) lflare__cut_iris(&cuts, t->iris[k], &round, hx, hy, iris_soft, iris->softness);
+    fade.soft = o->iris_soft;
+    fade.ring = o->waves[k] * lflare__plane_at(&t->iris_ring, x, y);
+    fade.softness = iris->softness;
+    fade.ringing = o->ringing;
+    for (i = 0; i < iris->blade_count; i++) lflare__cut_iris(&cuts, &fade, h, &iris->blades[i], hx, hy);
+    if (iris->blade_count == 0) lflare__cut_iris(&cuts, &fade, h, &round, hx, hy);
     turn = lflare__plane_at(&t->turn, x, y);
     bulge = 4 * lflare__plane_at(&t->bulge, x, y);
     bend = bulge * (1 - 2 * turn);
-    lflare__cut_slope(&cuts, lflare__plane_at(&t->rim[k], x, y) - 1 - bulge * turn * (1 - turn), t->rim[k].dx - bend * t->turn.dx, t->rim[k].dy - bend * t->turn.dy,
-                      lflare__plane_at(&t->rim_soft, x, y), 0);
-    if (iris->mask != NULL) {
-        const lflare__plane *h = t->iris[k];
-        float slope = sqrtf(0.5f * (h[0].dx * h[0].dx + h[0].dy * h[0].dy + h[1].dx * h[1].dx + h[1].dy * h[1].dy));
-        return lflare__both(&cuts) * lflare__iris_mask(iris, hx, hy, lflare__mask_lod(iris_soft * lflare__minf(slope, 0.6f)));
-    }
-    return lflare__both(&cuts);
+    fade.soft = lflare__plane_at(&t->rim_soft, x, y);
+    fade.ring = o->waves[k] * lflare__plane_at(&t->rim_ring, x, y);
+    fade.softness = 0;
+    lflare__cut_slope(&cuts, &fade, lflare__plane_at(&t->rim[k], x, y) - 1 - bulge * turn * (1 - turn), t->rim[k].dx - bend * t->turn.dx, t->rim[k].dy - bend * t->turn.dy);
+    if (iris->mask == NULL) return lflare__both(&cuts);
+    slope = sqrtf(0.5f * (h[0].dx * h[0].dx + h[0].dy * h[0].dy + h[1].dx * h[1].dx + h[1].dy * h[1].dy));
+    return lflare__both(&cuts) * lflare__iris_mask(iris, hx, hy, lflare__mask_lod(o->iris_soft * lflare__minf(slope, 0.6f)));
 }
 
 /* Corners to pixels; 0 if nothing is lit of rows begin <= row < end. */
@@ -7021,6 +7220,8 @@ static int lflare__triangle_make(const lflare_patch_vertex *const *v, const lfla
     if (rim) {
         float least = lflare__minf(v[0]->turn, lflare__minf(v[1]->turn, v[2]->turn)); /* a triangle lies between two directions */
         t->rim_soft = lflare__plane_make(t, v[0]->rim_soft / f->pixel, v[1]->rim_soft / f->pixel, v[2]->rim_soft / f->pixel);
+        t->rim_ring = lflare__plane_make(t, v[0]->rim_ring / f->pixel, v[1]->rim_ring / f->pixel, v[2]->rim_ring / f->pixel);
+        t->iris_ring = lflare__plane_make(t, v[0]->iris_ring / f->pixel, v[1]->iris_ring / f->pixel, v[2]->iris_ring / f->pixel);
         t->turn = lflare__plane_make(t, v[0]->turn - least, v[1]->turn - least, v[2]->turn - least);
         t->bulge = lflare__plane_make(t, v[0]->bulge, v[1]->bulge, v[2]->bulge);
     }
@@ -7040,13 +7241,13 @@ static void lflare__triangle_clamp(const lflare__triangle *t, float *x, float *y
 }
 
 /* A pixel of which a triangle covers a share. */
-static void lflare__triangle_pixel(const lflare__triangle *t, const lflare_iris *iris, float iris_soft, float covered, float x, float y, float *pixel)
+static void lflare__triangle_pixel(const lflare__triangle *t, const lflare__outline *o, float covered, float x, float y, float *pixel)
 {
     int32_t k;
     if (covered < 0.999f) lflare__triangle_clamp(t, &x, &y);
     for (k = t->begin; k < t->end; k++) {
         float e = lflare__maxf(lflare__plane_at(&t->irradiance[k], x, y), 0) * covered;
-        if (iris_soft > 0 && e > 0) e *= lflare__rim_coverage(t, k, iris_soft, iris, x, y);
+        if (o->iris_soft > 0 && e > 0) e *= lflare__rim_coverage(t, k, o, x, y);
         pixel[k] += e;
     }
 }
@@ -7062,8 +7263,8 @@ static void lflare__triangle_run(const lflare__triangle *t, int32_t from, int32_
     }
 }
 
-/* One row of a triangle; iris_soft 0: it lies quite inside. */
-static void lflare__triangle_row(const lflare__triangle *t, const lflare_iris *iris, float iris_soft, int32_t row, int32_t width, float *pixels)
+/* One row of a triangle. */
+static void lflare__triangle_row(const lflare__triangle *t, const lflare__outline *o, int32_t row, int32_t width, float *pixels)
 {
     lflare__side sides[3];
     double lo = 1e300, hi = -1e300, full = -1e300, rest = 1e300, height = 0;
@@ -7085,7 +7286,7 @@ static void lflare__triangle_row(const lflare__triangle *t, const lflare_iris *i
     to = (int32_t)lflare__clamp(ceil(hi), 0, width);
     run = (int32_t)lflare__clamp(ceil(full), x, to);
     run_end = (int32_t)lflare__clamp(floor(rest), run, to);
-    if (iris_soft > 0 || run_end - run < 2) run = run_end = to;
+    if (o->iris_soft > 0 || run_end - run < 2) run = run_end = to;
     for (; x < to; x++) {
         float covered;
         if (x == run && run < run_end) {
@@ -7094,25 +7295,25 @@ static void lflare__triangle_row(const lflare__triangle *t, const lflare_iris *i
             continue;
         }
         covered = (float)lflare__covered(sides, x);
-        if (covered > 0) lflare__triangle_pixel(t, iris, iris_soft, covered, (float)(x + 0.5 - t->x[0]), y, pixels + (ptrdiff_t)4 * x);
+        if (covered > 0) lflare__triangle_pixel(t, o, covered, (float)(x + 0.5 - t->x[0]), y, pixels + (ptrdiff_t)4 * x);
     }
 }
 
 /* One triangle on rows begin <= row < end. */
-static void lflare__triangle_draw(const lflare_patch_vertex *const *v, const lflare_frame_data *f, const lflare_iris *iris, float iris_soft,
+static void lflare__triangle_draw(const lflare_patch_vertex *const *v, const lflare_frame_data *f, const lflare__outline *o,
                                   const lflare_image *image, int32_t begin, int32_t end)
 {
     ptrdiff_t stride = image->stride != 0 ? image->stride : (ptrdiff_t)4 * image->width;
     lflare__triangle t;
     int32_t row;
-    if (!lflare__triangle_make(v, f, iris_soft > 0, begin, end, &t)) return;
+    if (!lflare__triangle_make(v, f, o->iris_soft > 0, begin, end, &t)) return;
     begin = (int32_t)lflare__clamp(floor(lflare__min(t.y[0], lflare__min(t.y[1], t.y[2]))), begin, end);
     end = (int32_t)lflare__clamp(ceil(lflare__max(t.y[0], lflare__max(t.y[1], t.y[2]))), begin, end);
     for (row = begin; row < end; row++)
-        lflare__triangle_row(&t, iris, iris_soft, row, image->width, image->pixels + stride * (image->bottom_up ? image->height - 1 - row : row));
+        lflare__triangle_row(&t, o, row, image->width, image->pixels + stride * (image->bottom_up ? image->height - 1 - row : row));
 }
 
-static void lflare__quads_draw(const lflare_patch_vertex *a, const lflare_patch_vertex *b, const lflare_frame_data *f, const lflare_iris *iris, float iris_soft,
+static void lflare__quads_draw(const lflare_patch_vertex *a, const lflare_patch_vertex *b, const lflare_frame_data *f, const lflare__outline *o,
                                const lflare_image *image, int32_t begin, int32_t end)
 {
     int32_t i;
@@ -7122,23 +7323,27 @@ static void lflare__quads_draw(const lflare_patch_vertex *a, const lflare_patch_
         v[1] = &b[i];
         v[2] = &a[i + 1];
         v[3] = &b[i + 1];
-        lflare__triangle_draw(v, f, iris, iris_soft, image, begin, end);
-        lflare__triangle_draw(v + 1, f, iris, iris_soft, image, begin, end);
+        lflare__triangle_draw(v, f, o, image, begin, end);
+        lflare__triangle_draw(v + 1, f, o, image, begin, end);
     }
 }
 
 LFLARE_API lflare_result lflare_software_patches(const lflare_tables *t, const lflare_frame_data *f, const lflare_image *image, int32_t begin, int32_t end)
 {
+    lflare__outline o;
     lflare_patch patch;
     int32_t i, k;
     if (t == NULL || f == NULL || image == NULL || image->pixels == NULL || t->mesh == NULL) return LFLARE_ERROR_ARGUMENT;
     if (image->width != f->width || image->height != f->height || begin < 0 || end > image->height) return LFLARE_ERROR_ARGUMENT;
+    o.iris = &t->iris;
+    o.ringing = t->fringes ? t->ringing : NULL;
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) o.waves[k] = sqrtf(t->wavelengths[k] / t->wavelengths[1]);
     for (i = 0; i < f->instance_count; i++) {
         if (!lflare_patch_resolve(t, f, f->instances[i], &patch)) continue;
-        for (k = 0; k + 1 < LFLARE_PATCH_RINGS; k++) /* a mask is looked up everywhere */
-            lflare__quads_draw(patch.inside[k], patch.inside[k + 1], f, &t->iris, t->iris.mask != NULL ? patch.iris_soft / f->pixel : 0, image, begin, end);
-        for (k = 0; k + 1 < LFLARE_PATCH_BANDS && patch.rimmed; k++)
-            lflare__quads_draw(patch.rim[k], patch.rim[k + 1], f, &t->iris, patch.iris_soft / f->pixel, image, begin, end);
+        o.iris_soft = t->iris.mask != NULL ? patch.iris_soft / f->pixel : 0; /* a mask is looked up everywhere */
+        for (k = 0; k + 1 < LFLARE_PATCH_RINGS; k++) lflare__quads_draw(patch.inside[k], patch.inside[k + 1], f, &o, image, begin, end);
+        o.iris_soft = patch.iris_soft / f->pixel;
+        for (k = 0; k + 1 < LFLARE_PATCH_BANDS && patch.rimmed; k++) lflare__quads_draw(patch.rim[k], patch.rim[k + 1], f, &o, image, begin, end);
     }
     return LFLARE_OK;
 }
@@ -7295,7 +7500,7 @@ typedef struct lflare__glapi {
 #undef LFLARE__GL_MEMBER
 
 enum {
-    LFLARE__GL_UNITS = 4,
+    LFLARE__GL_UNITS = 5,
     LFLARE__GL_ROW = 1024, /* texels of a line of the tables' textures */
     LFLARE__GL_LENS_TEXELS = 4 + 3 * LFLARE_MAX_RIMS,
     LFLARE__GL_SETTINGS_TEXELS = 2 * LFLARE_FIELD_SAMPLES + 2,
@@ -7307,7 +7512,7 @@ enum {
 
 enum { LFLARE__GL_RIM, LFLARE__GL_FILL, LFLARE__GL_STRIP, LFLARE__GL_ADD, LFLARE__GL_PATCHES, LFLARE__GL_PATCH_RIMS, LFLARE__GL_PATCHES_MASKED, LFLARE__GL_STARBURST,
        LFLARE__GL_PROGRAMS };
-enum { LFLARE__GL_LENS, LFLARE__GL_SETTINGS, LFLARE__GL_STRIP_A, LFLARE__GL_STRIP_B, LFLARE__GL_HALF, LFLARE__GL_MESH, LFLARE__GL_MESH_HEADS, LFLARE__GL_ANGULAR, LFLARE__GL_RADIAL, LFLARE__GL_MASK, LFLARE__GL_TEXTURES };
+enum { LFLARE__GL_LENS, LFLARE__GL_SETTINGS, LFLARE__GL_STRIP_A, LFLARE__GL_STRIP_B, LFLARE__GL_HALF, LFLARE__GL_MESH, LFLARE__GL_MESH_HEADS, LFLARE__GL_ANGULAR, LFLARE__GL_RADIAL, LFLARE__GL_MASK, LFLARE__GL_RINGING, LFLARE__GL_TEXTURES };
 enum { LFLARE__GL_TO_STRIP_A, LFLARE__GL_TO_STRIP_B, LFLARE__GL_TO_HALF, LFLARE__GL_FRAMEBUFFERS };
 
 /* All state that is touched, in the order of its restoring. Capabilities: enum, who has it, what drawing needs (2: as the
@@ -7393,7 +7598,7 @@ struct lflare_gl {
     lflare__gluint vertex_array, instances, indices, uniforms, sampler;
     lflare__glint enlarge;                  /* location of a uniform */
     uint64_t lens_hash, settings_hash, mesh_hash, heads_hash, burst_key, mask_hash; /* of what was uploaded */
-    int32_t uploaded;                       /* bit 0: something of the lens, 1: of the settings, 2: meshes, 3: their heads */
+    int32_t uploaded;                       /* bit 0: something of the lens, 1: of the settings, 2: meshes, 3: their heads, 4: ringing */
     int32_t strip_lights, strip_now;        /* lights that the strip holds, which of the two strips */
     int32_t full_width, full_height;        /* of the half-size picture, when enlarged; 0 = none */
     int32_t half_empty, coarse;             /* nothing was drawn into it; it is RGB10_A2 */
@@ -7414,25 +7619,37 @@ static const char *const lflare__glsl_add_frag[] = {
     "void main() { o_color = vec4(texture(u_half_picture, v_place * u_enlarge.xy).rgb * u_enlarge.z, 0.0); }\n"
     , NULL};
 static const char *const lflare__glsl_cuts[] = {
-    "vec3 c1, c2, nx1, ny1, nx2, ny2;\n"
+    "uniform highp sampler2D u_ringing;\n"
+    "uniform highp sampler2D u_mask;\n"
+    "vec3 t1, t2, c1, c2, nx1, ny1, nx2, ny2;\n"
     "void uncut()\n"
     "{\n"
-    "c1 = c2 = vec3(1.0);\n"
+    "t1 = t2 = c1 = c2 = vec3(1.0);\n"
     "nx1 = ny1 = nx2 = ny2 = vec3(0.0);\n"
     "}\n"
-    "void cut(vec3 t, vec3 nx, vec3 ny)\n"
+    "vec3 profile_at(Profile p, vec3 d)\n"
     "{\n"
-    "t = clamp(t, -1.0, 1.0);\n"
-    "vec3 c = 0.5 + t * (0.75 - 0.25 * t * t);\n"
-    "bvec3 first = lessThan(c, c1), second = lessThan(c, c2);\n"
+    "vec3 t = clamp(d / p.soft, -1.0, 1.0), plain = 0.5 + t * (0.75 - 0.25 * t * t);\n"
+    "if (p.ring == vec3(0.0)) return plain;\n"
+    "vec3 blur = p.soft / max(p.ring, vec3(1e-20)), u = clamp((d + p.outer) / (p.inner + p.outer), 0.0, 1.0), v = min(blur / (blur + 2.0) * 1.25, 1.0);\n"
+    "u = (u * 255.0 + 0.5) / 256.0;\n"
+    "v = (v * 15.0 + 0.5) / 16.0;\n"
+    "vec3 fringes = vec3(texture(u_ringing, vec2(u.x, v.x)).r, texture(u_ringing, vec2(u.y, v.y)).r, texture(u_ringing, vec2(u.z, v.z)).r);\n"
+    "return plain + min(7.0 * (0.2143 - p.ring), 1.0) * step(vec3(1e-20), p.ring) * (fringes - plain);\n"
+    "}\n"
+    "void cut(Profile p, vec3 d, vec3 nx, vec3 ny)\n"
+    "{\n"
+    "vec3 t = max(d / mix(p.outer, p.inner, greaterThan(d, vec3(0.0))), -1.0), c = profile_at(p, d);\n"
+    "bvec3 first = lessThan(t, t1), second = lessThan(t, t2);\n"
+    "t2 = mix(mix(t2, t, second), t1, first);\n"
     "c2 = mix(mix(c2, c, second), c1, first);\n"
     "nx2 = mix(mix(nx2, nx, second), nx1, first);\n"
     "ny2 = mix(mix(ny2, ny, second), ny1, first);\n"
+    "t1 = mix(t1, t, first);\n"
     "c1 = mix(c1, c, first);\n"
     "nx1 = mix(nx1, nx, first);\n"
     "ny1 = mix(ny1, ny, first);\n"
     "}\n"
-    "uniform highp sampler2D u_mask;\n"
     "vec3 mask(vec3 x, vec3 y, vec3 soft)\n"
     "{\n"
     "vec3 lod = clamp(log2(1.55 * 256.0 * soft), 0.0, 9.0);\n"
@@ -7443,7 +7660,7 @@ static const char *const lflare__glsl_cuts[] = {
     "{\n"
     "vec3 rho = clamp(nx1 * nx2 + ny1 * ny2, -1.0, 1.0), both = c1 * c2;\n"
     "vec3 less = both - rho * (max(c1 + c2 - 1.0, 0.0) - both), more = both + rho * (c1 - both);\n"
-    "return mix(less, more, greaterThan(rho, vec3(0.0)));\n"
+    "return mix(mix(less, more, greaterThan(rho, vec3(0.0))), c1, greaterThanEqual(t2, vec3(1.0)));\n"
     "}\n"
     , NULL};
 static const char *const lflare__glsl_frame[] = {
@@ -7456,6 +7673,19 @@ static const char *const lflare__glsl_frame[] = {
     "vec4 u_blades[16];\n"
     "vec4 u_lights[960];\n"
     "};\n"
+    "struct Profile {\n"
+    "vec3 soft, ring, inner, outer;\n"
+    "};\n"
+    "Profile profile_of(vec3 soft, vec3 ring, float softness)\n"
+    "{\n"
+    "Profile p;\n"
+    "p.soft = sqrt(soft * soft + vec3(softness * softness)) + vec3(1e-7);\n"
+    "p.ring = ring * sqrt(u_spectrum.xyz / u_spectrum.y);\n"
+    "p.ring *= step(p.soft, 8.0 * p.ring) * step(p.ring, vec3(0.2143));\n"
+    "p.inner = p.soft + 5.0 * p.ring;\n"
+    "p.outer = p.soft + 2.5 * p.ring;\n"
+    "return p;\n"
+    "}\n"
     , NULL};
 static const char *const lflare__glsl_ghost_frag[] = {
     "out vec4 o_color;\n"
@@ -7463,46 +7693,46 @@ static const char *const lflare__glsl_ghost_frag[] = {
     "flat in vec4 v_irradiance;\n"
     "void main() { o_color = v_irradiance; }\n"
     "#else\n"
-    "flat in vec4 v_data[14];\n"
+    "flat in vec4 v_data[13];\n"
     "in vec2 v_position;\n"
-    "void cut_circle(vec3 ax, vec3 ay, float radius, vec3 soft, vec3 side)\n"
+    "void cut_circle(vec3 ax, vec3 ay, float radius, Profile p, vec3 side)\n"
     "{\n"
     "vec3 far = sqrt(ax * ax + ay * ay), inverse = -side / max(far, vec3(1e-20));\n"
-    "cut((radius - far) / soft, ax * inverse, ay * inverse);\n"
+    "cut(p, radius - far, ax * inverse, ay * inverse);\n"
     "}\n"
     "vec3 coverage(vec2 position)\n"
     "{\n"
-    "vec2 axis = v_data[11].yz;\n"
-    "int count = int(v_data[11].w), blades = int(u_spectrum.w);\n"
-    "vec3 along = v_data[13].xyz, dx = position.x - along * axis.x, dy = position.y - along * axis.y;\n"
+    "vec2 axis = v_data[10].xy;\n"
+    "int count = int(v_data[10].z), blades = int(u_spectrum.w);\n"
+    "vec3 ratio = vec3(v_data[11].w, 1.0, v_data[12].w), along = v_data[12].xyz, dx = position.x - along * axis.x, dy = position.y - along * axis.y;\n"
     "uncut();\n"
     "for (int i = 0; i < count; i++) {\n"
     "vec4 g = v_data[i], o = v_data[5 + i];\n"
-    "vec3 soft = vec3(g.w, o.w, i < 4 ? v_data[10][i] : v_data[11].x);\n"
+    "Profile p = profile_of(g.w * ratio, vec3(o.w), i == 0 ? u_strip.w : 0.0);\n"
     "vec3 ax = g.xyz * dx + o.xyz * axis.x, ay = g.xyz * dy + o.xyz * axis.y;\n"
     "vec3 side = mix(vec3(1.0), vec3(-1.0), lessThan(g.xyz, vec3(0.0)));\n"
     "if (i > 0 || blades == 0) {\n"
-    "cut_circle(ax, ay, 1.0, soft, side);\n"
+    "cut_circle(ax, ay, 1.0, p, side);\n"
     "continue;\n"
     "}\n"
     "for (int k = 0; k < blades; k++) {\n"
     "vec4 b = u_blades[k];\n"
-    "if (b.w > 0.0) cut_circle(ax + b.x * b.z, ay + b.y * b.z, b.w, soft, side);\n"
-    "else cut((b.z - b.x * ax - b.y * ay) / soft, -side * b.x, -side * b.y);\n"
+    "if (b.w > 0.0) cut_circle(ax + b.x * b.z, ay + b.y * b.z, b.w, p, side);\n"
+    "else cut(p, b.z - b.x * ax - b.y * ay, -side * b.x, -side * b.y);\n"
     "}\n"
     "}\n"
     "if (u_strip.z == 0.0) return within();\n"
     "vec4 g = v_data[0], o = v_data[5];\n"
     "vec3 ax = g.xyz * dx + o.xyz * axis.x, ay = g.xyz * dy + o.xyz * axis.y;\n"
-    "return within() * mask(ax, ay, vec3(g.w, o.w, v_data[10].x));\n"
+    "return within() * mask(ax, ay, profile_of(g.w * ratio, vec3(o.w), u_strip.w).soft);\n"
     "}\n"
     "void main()\n"
     "{\n"
-    "int samples = int(v_data[12].w);\n"
+    "int samples = int(v_data[10].w);\n"
     "float grid = samples > 1 ? 0.25 * u_lens.x : 0.0;\n"
     "vec3 sum = vec3(0.0);\n"
     "for (int i = 0; i < samples; i++) sum += coverage(v_position + grid * (vec2(i & 3, i >> 2) - 1.5));\n"
-    "o_color = vec4(v_data[12].rgb * sum / v_data[12].w, 0.0);\n"
+    "o_color = vec4(v_data[11].rgb * sum / v_data[10].w, 0.0);\n"
     "}\n"
     "#endif\n"
     , NULL};
@@ -7516,7 +7746,7 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "const int LENS_TEXELS = 4 + 3 * RIMS, SETTINGS_TEXELS = 2 * SAMPLES + 2, ROW = 1024;\n"
     "const float PI = 3.14159265, PIXEL_VARIANCE = 0.715 * 0.715 / 5.0;\n"
     "#ifdef RIM\n"
-    "flat out vec4 v_data[14];\n"
+    "flat out vec4 v_data[13];\n"
     "out vec2 v_position;\n"
     "#else\n"
     "flat out vec4 v_irradiance;\n"
@@ -7524,19 +7754,24 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "vec4 lens_texel(int i) { return texelFetch(u_lens_table, ivec2(i % ROW, i / ROW), 0); }\n"
     "vec4 settings_texel(int i) { return texelFetch(u_settings_table, ivec2(i % ROW, i / ROW), 0); }\n"
     "struct Edge {\n"
-    "vec3 gain, offset, soft;\n"
+    "vec3 gain, offset, inner, outer;\n"
+    "float soft, ring;\n"
     "};\n"
-    "vec3 g_drawn, g_m11, g_m12;\n"
+    "vec3 g_drawn, g_m11, g_m12, g_ratio;\n"
     "float g_centroid, g_slope, g_lamp, g_pixel;\n"
-    "Edge edge_of(vec3 a, vec3 b, float radius)\n"
+    "Edge edge_of(vec3 a, vec3 b, float radius, float softness)\n"
     "{\n"
     "Edge e;\n"
     "a /= radius;\n"
     "b /= radius;\n"
     "e.gain = a / g_drawn;\n"
     "e.offset = a * g_centroid + b * g_slope;\n"
-    "vec3 lamp = (g_m12 * a - g_m11 * b) / g_drawn * g_lamp, grid = g_pixel * e.gain;\n"
-    "e.soft = sqrt(5.0 * (PIXEL_VARIANCE * grid * grid + 0.25 * lamp * lamp)) + vec3(1e-7);\n"
+    "float c = g_m12.y * a.y - g_m11.y * b.y, lamp = c / g_drawn.y * g_lamp, grid = g_pixel * e.gain.y;\n"
+    "e.soft = sqrt(5.0 * (PIXEL_VARIANCE * grid * grid + 0.25 * lamp * lamp));\n"
+    "e.ring = u_burst[2].w * sqrt(0.5 * u_spectrum.y * abs(a.y * c) / max(abs(g_m11.y), 1e-12));\n"
+    "Profile p = profile_of(e.soft * g_ratio, vec3(e.ring), softness);\n"
+    "e.inner = p.inner;\n"
+    "e.outer = p.outer;\n"
     "return e;\n"
     "}\n"
     "Edge g_edges[EDGES];\n"
@@ -7559,19 +7794,19 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "vec2 n;\n"
     "vec3 far;\n"
     "if (i > 0 || blades == 0 || blade.w > 0.0) {\n"
-    "float arc = blade.w > 0.0 ? blade.w : 1.0, radius = arc + e.soft.y;\n"
+    "float arc = blade.w > 0.0 ? blade.w : 1.0, radius = arc + e.outer.y;\n"
     "offset += blade.xy * blade.z;\n"
     "float b = dot(offset, d) * side;\n"
     "t = (sqrt(max(radius * radius - dot(offset, offset) + b * b, 0.0)) - b) / gain.y;\n"
     "n = (gain.y * t * d + side * offset) / radius;\n"
     "n /= max(length(n), 1e-6);\n"
-    "far = (vec3(arc) + e.soft - side * (e.offset * dot(axis, n) + vec3(dot(blade.xy, n) * blade.z))) / gain;\n"
+    "far = (vec3(arc) + e.outer - side * (e.offset * dot(axis, n) + vec3(dot(blade.xy, n) * blade.z))) / gain;\n"
     "} else {\n"
     "float facing = dot(blade.xy, d) * side;\n"
-    "float room = blade.z + e.soft.y - dot(blade.xy, offset);\n"
+    "float room = blade.z + e.outer.y - dot(blade.xy, offset);\n"
     "t = facing > 1e-6 ? max(room, 0.0) / (gain.y * facing) : 3e38;\n"
     "n = side * blade.xy;\n"
-    "far = (vec3(blade.z) + e.soft - e.offset * dot(axis, blade.xy)) / gain;\n"
+    "far = (vec3(blade.z) + e.outer - e.offset * dot(axis, blade.xy)) / gain;\n"
     "}\n"
     "if (t < best) {\n"
     "best = t;\n"
@@ -7590,20 +7825,20 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "for (int i = 0; i < g_count; i++) {\n"
     "Edge e = g_edges[i];\n"
     "vec3 side = mix(vec3(1.0), vec3(-1.0), lessThan(e.gain, vec3(0.0))), gain = max(abs(e.gain), vec3(1e-12));\n"
+    ,
     "vec3 start = e.offset + e.gain * (vec3(along.y) - along);\n"
     "int parts = i == 0 && blades > 0 ? blades : 1;\n"
     "for (int k = 0; k < parts; k++) {\n"
     "vec4 blade = i == 0 && blades > 0 ? u_blades[k] : vec4(0.0);\n"
     "vec3 t;\n"
     "if (i > 0 || blades == 0 || blade.w > 0.0) {\n"
-    ,
-    "vec3 radius = vec3(blade.w > 0.0 ? blade.w : 1.0) - e.soft;\n"
+    "vec3 radius = vec3(blade.w > 0.0 ? blade.w : 1.0) - e.inner;\n"
     "vec3 ox = start * axis.x + vec3(blade.x * blade.z), oy = start * axis.y + vec3(blade.y * blade.z);\n"
     "vec3 b = (ox * d.x + oy * d.y) * side, c = radius * radius - ox * ox - oy * oy;\n"
     "t = (sqrt(max(c + b * b, vec3(0.0))) - b) / gain;\n"
     "if (min(radius.x, min(radius.y, radius.z)) <= 0.0 || min(c.x, min(c.y, c.z)) <= 0.0) t = vec3(0.0);\n"
     "} else {\n"
-    "vec3 facing = dot(blade.xy, d) * side, room = vec3(blade.z) - e.soft - start * dot(blade.xy, axis);\n"
+    "vec3 facing = dot(blade.xy, d) * side, room = vec3(blade.z) - e.inner - start * dot(blade.xy, axis);\n"
     "t = mix(vec3(3e37), room / max(gain * facing, vec3(1e-12)), greaterThan(facing, vec3(1e-6)));\n"
     "t = mix(t, vec3(0.0), lessThan(room, vec3(0.0)));\n"
     "}\n"
@@ -7641,27 +7876,27 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "vec3 spread = 0.61 * u_spectrum.xyz * g_m12 / radius, lamp = l1.z * g_m12;\n"
     "vec3 size = max(abs(g_m11), sqrt(vec3(u_lens.x * u_lens.x) + spread * spread + lamp * lamp) / radius);\n"
     "g_drawn = mix(size, -size, lessThan(g_m11, vec3(0.0))) * scale;\n"
+    "g_ratio = abs(vec3(g_drawn.y) / g_drawn);\n"
     "g_centroid = middle_x;\n"
     "g_slope = l1.x;\n"
     "g_lamp = l1.z * scale;\n"
     "g_pixel = u_lens.x;\n"
+    ,
     "bool fine = radius * abs(g_drawn.y) < 4.0 * g_pixel;\n"
     "if (fine) g_pixel *= 0.25;\n"
     "Edge found[EDGES + RIMS];\n"
     "int count = 1;\n"
-    "found[0] = edge_of(ma11, ma12, u_lens.w);\n"
-    "found[0].soft = sqrt(found[0].soft * found[0].soft + vec3(u_strip.w * u_strip.w));\n"
-    "if ((binding & 1) != 0) found[count++] = edge_of(vec3(1.0), vec3(0.0), u_lens.z);\n"
-    ,
+    "found[0] = edge_of(ma11, ma12, u_lens.w, u_strip.w);\n"
+    "if ((binding & 1) != 0) found[count++] = edge_of(vec3(1.0), vec3(0.0), u_lens.z, 0.0);\n"
     "for (i = 0; i < RIMS; i++)\n"
     "if ((binding >> (i + 1) & 1) != 0) {\n"
     "vec4 r0 = lens_texel(lens + 4 + i * 3), r1 = lens_texel(lens + 5 + i * 3), r2 = lens_texel(lens + 6 + i * 3);\n"
-    "found[count++] = edge_of(vec3(r0.x, r1.x, r2.x), vec3(r0.y, r1.y, r2.y), r0.z);\n"
+    "found[count++] = edge_of(vec3(r0.x, r1.x, r2.x), vec3(r0.y, r1.y, r2.y), r0.z, 0.0);\n"
     "}\n"
     "int smallest = 0;\n"
     "float reach = 3e38;\n"
     "for (i = 0; i < count; i++) {\n"
-    "float extent = (1.0 + found[i].soft.y) / max(abs(found[i].gain.y), 1e-12);\n"
+    "float extent = (1.0 + found[i].outer.y) / max(abs(found[i].gain.y), 1e-12);\n"
     "if (extent < reach) { reach = extent; smallest = i; }\n"
     "}\n"
     "float middle = -found[smallest].offset.y / found[smallest].gain.y, depth[EDGES];\n"
@@ -7669,7 +7904,7 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "g_count = 1;\n"
     "for (i = 1; i < count; i++) {\n"
     "float gain = abs(found[i].gain.y);\n"
-    "float over = abs(found[i].gain.y * middle + found[i].offset.y) + gain * reach - 1.0 + found[i].soft.y;\n"
+    "float over = abs(found[i].gain.y * middle + found[i].offset.y) + gain * reach - 1.0 + found[i].soft;\n"
     "float cut = i == smallest ? 3e38 : over / gain;\n"
     "if (over <= 0.0 && i != smallest) continue;\n"
     "int k = g_count;\n"
@@ -7692,17 +7927,14 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "irradiance *= max(weight, vec3(0.0)) * style0.rgb / (size * size) * size2 / mix(wide, size2 + wash, lessThanEqual(vec3(wash5), size2));\n"
     "vec3 along = g_m11 * g_centroid + g_m12 * g_slope;\n"
     "#ifdef RIM\n"
-    "vec4 third = vec4(1.0);\n"
     "for (i = 0; i < EDGES; i++) {\n"
     "Edge e = g_edges[i < g_count ? i : 0];\n"
-    "v_data[i] = vec4(e.gain, e.soft.x);\n"
-    "v_data[5 + i] = vec4(e.offset, e.soft.y);\n"
-    "if (i < 4) third[i] = e.soft.z;\n"
-    "else v_data[11] = vec4(e.soft.z, axis, float(g_count));\n"
+    "v_data[i] = vec4(e.gain, e.soft);\n"
+    "v_data[5 + i] = vec4(e.offset, e.ring);\n"
     "}\n"
-    "v_data[10] = third;\n"
-    "v_data[12] = vec4(irradiance, fine ? 16.0 : 1.0);\n"
-    "v_data[13] = vec4(along, 0.0);\n"
+    "v_data[10] = vec4(axis, float(g_count), fine ? 16.0 : 1.0);\n"
+    "v_data[11] = vec4(irradiance, g_ratio.x);\n"
+    "v_data[12] = vec4(along, g_ratio.z);\n"
     "v_position = vec2(0.0);\n"
     "#else\n"
     "v_irradiance = vec4(irradiance, 0.0);\n"
@@ -7723,12 +7955,12 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "if (bend > 1e-3) position = vec2(p.z * next.y - next.z * p.y, p.x * next.z - next.x * p.z) / bend;\n"
     "else position = centre + between * max(p.z - dot(p.xy, centre), 0.0) / max(dot(p.xy, between), 0.05);\n"
     "if (low) {\n"
+    ,
     "vec2 way = position - centre;\n"
     "float far = max(length(way), 1e-20);\n"
     "position = centre + way * (fine || u_strip.z > 0.0 ? 0.0 : min(uncut(way / far, axis, along) / far, 1.0));\n"
     "}\n"
     "#ifndef RIM\n"
-    ,
     "if (gl_VertexID == 0) position = centre;\n"
     "#else\n"
     "v_position = position;\n"
@@ -7753,11 +7985,11 @@ static const char *const lflare__glsl_patch_frag[] = {
     "in vec4 v_iris01;\n"
     "in vec4 v_iris2;\n"
     "in vec3 v_rim;\n"
-    "in vec2 v_bulge;\n"
-    "void cut_slope(vec3 over, vec3 gx, vec3 gy, float soft, float softness)\n"
+    "in vec4 v_bulge;\n"
+    "void cut_slope(vec3 over, vec3 gx, vec3 gy, float soft, float ring, float softness)\n"
     "{\n"
-    "vec3 g = max(sqrt(gx * gx + gy * gy), vec3(1e-20)), width = soft * min(g, 0.6);\n"
-    "cut(-over / sqrt(width * width + softness * softness), -gx / g, -gy / g);\n"
+    "vec3 g = max(sqrt(gx * gx + gy * gy), vec3(1e-20)), pixels = min(g, 0.6);\n"
+    "cut(profile_of(soft * pixels, ring * pixels, softness), -over, -gx / g, -gy / g);\n"
     "}\n"
     "void main()\n"
     "{\n"
@@ -7770,12 +8002,12 @@ static const char *const lflare__glsl_patch_frag[] = {
     "vec4 b = blades > 0 ? u_blades[i] : vec4(0.0, 0.0, 0.0, 1.0);\n"
     "if (b.w > 0.0) {\n"
     "vec3 ax = hx + b.x * b.z, ay = hy + b.y * b.z, far = sqrt(ax * ax + ay * ay), inverse = 1.0 / max(far, vec3(1e-20));\n"
-    "cut_slope(far - b.w, (ax * xx + ay * yx) * inverse, (ax * xy + ay * yy) * inverse, v_iris2.w, u_strip.w);\n"
+    "cut_slope(far - b.w, (ax * xx + ay * yx) * inverse, (ax * xy + ay * yy) * inverse, v_iris2.w, v_bulge.z, u_strip.w);\n"
     "} else {\n"
-    "cut_slope(b.x * hx + b.y * hy - b.z, b.x * xx + b.y * yx, b.x * xy + b.y * yy, v_iris2.w, u_strip.w);\n"
+    "cut_slope(b.x * hx + b.y * hy - b.z, b.x * xx + b.y * yx, b.x * xy + b.y * yy, v_iris2.w, v_bulge.z, u_strip.w);\n"
     "}\n"
     "}\n"
-    "cut_slope(v_rim - 1.0 - v_bulge.y * turn * (1.0 - turn), rim_x - bend * dFdx(v_bulge.x), rim_y - bend * dFdy(v_bulge.x), v_iris2.z, 0.0);\n"
+    "cut_slope(v_rim - 1.0 - v_bulge.y * turn * (1.0 - turn), rim_x - bend * dFdx(v_bulge.x), rim_y - bend * dFdy(v_bulge.x), v_iris2.z, v_bulge.w, 0.0);\n"
     "vec3 open = within();\n"
     "if (u_strip.z > 0.0) open *= mask(hx, hy, v_iris2.w * min(sqrt(0.5 * (xx * xx + xy * xy + yx * yx + yy * yy)), 0.6));\n"
     "o_color = vec4(lit() * open, 0.0);\n"
@@ -7795,7 +8027,7 @@ static const char *const lflare__glsl_patch_vert[] = {
     "#ifdef PATCH_RIM\n"
     "out vec4 v_iris01, v_iris2;\n"
     "out vec3 v_rim;\n"
-    "out vec2 v_bulge;\n"
+    "out vec4 v_bulge;\n"
     "#endif\n"
     "vec4 head(int i) { return texelFetch(u_mesh_heads, ivec2(i % HEADS_ROW, i / HEADS_ROW), 0); }\n"
     "vec4 mesh(int i) { return texelFetch(u_mesh_table, ivec2(i % MESH_ROW, i / MESH_ROW), 0); }\n"
@@ -7824,6 +8056,10 @@ static const char *const lflare__glsl_patch_vert[] = {
     "lamp *= g_lamp;\n"
     "return sqrt(5.0 * (PIXEL_VARIANCE * u_lens.x * u_lens.x + 0.25 * lamp * lamp));\n"
     "}\n"
+    "float fringe(float shrink, float lamp, float scale)\n"
+    "{\n"
+    "return u_burst[2].w * scale * sqrt(0.5 * u_spectrum.y * sqrt(abs(shrink)) * abs(lamp));\n"
+    "}\n"
     "void main()\n"
     "{\n"
     "int ghost = int(a_instance.x) * 4, light = int(a_instance.y) * 4, patch_index = int(a_instance.z);\n"
@@ -7838,7 +8074,7 @@ static const char *const lflare__glsl_patch_vert[] = {
     "#ifdef PATCH_RIM\n"
     "v_iris01 = v_iris2 = vec4(1.0);\n"
     "v_rim = vec3(1.0);\n"
-    "v_bulge = vec2(0.0);\n"
+    "v_bulge = vec4(0.0);\n"
     "#endif\n"
     "if (place < int(u_strip.x)) irradiance *= uintBitsToFloat(texelFetch(u_visibility, ivec2(place, 0), 0).r);\n"
     "g_directions = int(h0.y);\n"
@@ -7851,10 +8087,10 @@ static const char *const lflare__glsl_patch_vert[] = {
     "bool drawn = !ragged;\n"
     "#endif\n"
     "if (!(l1.y < h1.x) || !drawn || !(irradiance.x + irradiance.y + irradiance.z > 0.0)) return;\n"
+    ,
     "int knots = (int(h1.y) & 8) != 0 ? 23 : 12;\n"
     "float at = (1.0 - sqrt(max(1.0 - l1.y / h1.x, 0.0))) * float(knots - 1);\n"
     "int first = clamp(int(at) - 1, 0, knots - 4);\n"
-    ,
     "float f = at - float(first), scale = style0.w;\n"
     "g_shares = vec4(-(f - 1.0) * (f - 2.0) * (f - 3.0) / 6.0, f * (f - 2.0) * (f - 3.0) / 2.0, -f * (f - 1.0) * (f - 3.0) / 2.0, f * (f - 1.0) * (f - 2.0) / 6.0);\n"
     "g_size = int(h1.w);\n"
@@ -7877,9 +8113,14 @@ static const char *const lflare__glsl_patch_vert[] = {
     "float side = direction > g_directions ? -1.0 : 1.0, turn = float(direction);\n"
     "if (direction > g_directions) direction = 2 * g_directions - direction;\n"
     "vec4 edge = smooth_texel(vertex(g_rings, direction) + (split_mesh ? 1 : 4));\n"
-    "float iris_soft = soft(whole.y), reach = 1.1 * max(iris_soft, soft(split_mesh ? edge.w : edge.z)), bulge = last(0, direction);\n"
-    "reach = reach / max(scale * last(g_rings - 1, direction) + abs(grown) * whole.z, 1.5 * u_lens.x) + u_strip.w;\n"
-    "float begin = float(g_rings) * max((split_mesh ? last(g_rings, direction) : edge.w) - reach - 0.01, 0.0), end = float(g_rings) * (1.0 + reach + 1.2 * bulge);\n"
+    "float edge_lamp = split_mesh ? edge.w : edge.z, edge_shrink = split_mesh ? kept_texel(vertex(g_rings, direction) + 1).y : kept_texel(vertex(g_rings, direction) + 1).w;\n"
+    "float iris_soft = soft(whole.y), bulge = last(0, direction), widest = sqrt(u_spectrum.x / u_spectrum.y);\n"
+    "float inverse = 1.1 / max(scale * last(g_rings - 1, direction) + abs(grown) * whole.z, 1.5 * u_lens.x);\n"
+    "vec4 width = vec4(iris_soft, soft(edge_lamp), widest * fringe(edge_shrink, whole.y, scale), widest * fringe(edge_shrink, edge_lamp, scale)) * inverse;\n"
+    "width.zw *= step(width.xy, 8.0 * width.zw) * step(width.zw, vec2(0.2143));\n"
+    "vec2 inner = width.xy + 5.0 * width.zw, outer = width.xy + 2.5 * width.zw;\n"
+    "float begin = float(g_rings) * max((split_mesh ? last(g_rings, direction) : edge.w) - max(inner.x, inner.y) - u_strip.w - 0.01, 0.0);\n"
+    "float end = float(g_rings) * (1.0 + max(outer.x, outer.y) + u_strip.w + 1.2 * bulge);\n"
     "if (ragged) {\n"
     "begin = float(block) / float(blocks) * end;\n"
     "end *= float(block + 1) / float(blocks);\n"
@@ -7889,6 +8130,7 @@ static const char *const lflare__glsl_patch_vert[] = {
     "#else\n"
     "at = min(float(block * (RINGS - 1) + row), begin);\n"
     "#endif\n"
+    ,
     "int ring = int(clamp(at, 0.0, float(g_rings - 1))), a = vertex(ring, direction);\n"
     "f = at - float(ring);\n"
     "vec4 t0 = smooth_texel(a), t1 = kept_texel(a + 1);\n"
@@ -7906,7 +8148,6 @@ static const char *const lflare__glsl_patch_vert[] = {
     "#ifdef PATCH_RIM\n"
     "t2 = mix(t2, smooth_texel(b + 2), f);\n"
     "if (!split_mesh) {\n"
-    ,
     "t3 = mix(t3, smooth_texel(b + 3), f);\n"
     "vec4 b4 = smooth_texel(b + 4);\n"
     "t4 = vec4(mix(t4.xy, b4.xy, f), mix(t4.z, b4.z, g), 0.0);\n"
@@ -7934,7 +8175,8 @@ static const char *const lflare__glsl_patch_vert[] = {
     "v_iris2 = vec4(to_sensor * t4.xy, soft(t4.z) / u_lens.x, iris_soft / u_lens.x);\n"
     "v_rim = t2.xyz;\n"
     "}\n"
-    "v_bulge = vec2(turn, 4.0 * bulge);\n"
+    "float real_shrink = split_mesh ? t1.y : t1.w;\n"
+    "v_bulge = vec4(turn, 4.0 * bulge, vec2(fringe(real_shrink, whole.y, scale), fringe(real_shrink, split_mesh ? t1.w : t4.z, scale)) / u_lens.x);\n"
     "#endif\n"
     "vec2 position = vec2(local.x * axis.x - local.y * axis.y, local.x * axis.y + local.y * axis.x);\n"
     "position += u_lens.y * (style1.x * slope + style1.y * vec2(-slope.y, slope.x));\n"
@@ -8134,14 +8376,14 @@ typedef struct lflare__gl_source {
 } lflare__gl_source;
 
 static const lflare__gl_source lflare__gl_sources[LFLARE__GL_PROGRAMS] = {
-    {"#define RIM\n", lflare__glsl_frame, lflare__glsl_ghost_vert, lflare__glsl_cuts, lflare__glsl_ghost_frag, "lflare_frame", {"u_lens_table", "u_settings_table", "u_visibility", "u_mask"}},
-    {"#define INSIDE\n", lflare__glsl_frame, lflare__glsl_ghost_vert, lflare__glsl_cuts, lflare__glsl_ghost_frag, "lflare_frame", {"u_lens_table", "u_settings_table", "u_visibility", NULL}},
-    {"", NULL, lflare__glsl_screen_vert, NULL, lflare__glsl_strip_frag, "lflare_strip", {"u_depth", "u_before", NULL, NULL}},
-    {"", NULL, lflare__glsl_screen_vert, NULL, lflare__glsl_add_frag, NULL, {"u_half_picture", NULL, NULL, NULL}},
-    {"#define PATCH\n", lflare__glsl_frame, lflare__glsl_patch_vert, NULL, lflare__glsl_patch_frag, "lflare_frame", {"u_mesh_table", "u_mesh_heads", "u_visibility", NULL}},
-    {"#define PATCH_RIM\n#define PATCH_STRIP\n", lflare__glsl_frame, lflare__glsl_patch_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_mesh_table", "u_mesh_heads", "u_visibility", "u_mask"}},
-    {"#define PATCH_RIM\n", lflare__glsl_frame, lflare__glsl_patch_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_mesh_table", "u_mesh_heads", "u_visibility", "u_mask"}},
-    {"", lflare__glsl_frame, lflare__glsl_starburst_vert, NULL, lflare__glsl_starburst_frag, "lflare_frame", {"u_angular", "u_radial", "u_visibility", NULL}}};
+    {"#define RIM\n", lflare__glsl_frame, lflare__glsl_ghost_vert, lflare__glsl_cuts, lflare__glsl_ghost_frag, "lflare_frame", {"u_lens_table", "u_settings_table", "u_visibility", "u_mask", "u_ringing"}},
+    {"#define INSIDE\n", lflare__glsl_frame, lflare__glsl_ghost_vert, lflare__glsl_cuts, lflare__glsl_ghost_frag, "lflare_frame", {"u_lens_table", "u_settings_table", "u_visibility", NULL, NULL}},
+    {"", NULL, lflare__glsl_screen_vert, NULL, lflare__glsl_strip_frag, "lflare_strip", {"u_depth", "u_before", NULL, NULL, NULL}},
+    {"", NULL, lflare__glsl_screen_vert, NULL, lflare__glsl_add_frag, NULL, {"u_half_picture", NULL, NULL, NULL, NULL}},
+    {"#define PATCH\n", lflare__glsl_frame, lflare__glsl_patch_vert, NULL, lflare__glsl_patch_frag, "lflare_frame", {"u_mesh_table", "u_mesh_heads", "u_visibility", NULL, NULL}},
+    {"#define PATCH_RIM\n#define PATCH_STRIP\n", lflare__glsl_frame, lflare__glsl_patch_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_mesh_table", "u_mesh_heads", "u_visibility", "u_mask", "u_ringing"}},
+    {"#define PATCH_RIM\n", lflare__glsl_frame, lflare__glsl_patch_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_mesh_table", "u_mesh_heads", "u_visibility", "u_mask", "u_ringing"}},
+    {"", lflare__glsl_frame, lflare__glsl_starburst_vert, NULL, lflare__glsl_starburst_frag, "lflare_frame", {"u_angular", "u_radial", "u_visibility", NULL, NULL}}};
 
 static lflare_result lflare__gl_shader(lflare_gl *o, lflare__glenum kind, const lflare__gl_source *source, const lflare_gl_desc *desc, lflare_error *error,
                                        lflare__gluint *out)
@@ -8222,7 +8464,7 @@ typedef struct lflare__gl_format {
 
 static const lflare__gl_format lflare__gl_rgba32f = {0x8814, 0x1908, 0x1406, 0x2600}, lflare__gl_r32ui = {0x8236, 0x8D94, 0x1405, 0x2600},
                                lflare__gl_rgba16f = {0x881A, 0x1908, 0x140B, 0x2601}, lflare__gl_rgb10_a2 = {0x8059, 0x1908, 0x8368, 0x2601},
-                               lflare__gl_half_of_floats = {0x881A, 0x1908, 0x1406, 0x2601}, lflare__gl_r8 = {0x8229, 0x1903, 0x1401, 0x2601};
+                               lflare__gl_half_of_floats = {0x881A, 0x1908, 0x1406, 0x2601}, lflare__gl_r8 = {0x8229, 0x1903, 0x1401, 0x2601}, lflare__gl_r16f = {0x822D, 0x1903, 0x1406, 0x2601};
 
 static void lflare__gl_texture(const lflare__glapi *gl, lflare__gluint texture, const lflare__gl_format *f, int32_t width, int32_t height, const void *texels)
 {
@@ -8456,6 +8698,11 @@ static lflare_result lflare__gl_upload(lflare_gl *o, const lflare_tables *t)
     int lens = !(o->uploaded & 1) || o->lens_hash != t->lens_hash, settings = !(o->uploaded & 2) || o->settings_hash != t->settings_hash;
     lflare__gl_upload_starburst(o, t->starburst);
     lflare__gl_upload_mask(o, t);
+    if (t->fringes && !(o->uploaded & 16)) { /* the same whatever the lens */
+        lflare__gl_unpack(o);
+        lflare__gl_texture(&o->api, o->textures[LFLARE__GL_RINGING], &lflare__gl_r16f, LFLARE_RINGING_SAMPLES, LFLARE_RINGING_BLURS, t->ringing);
+        o->uploaded |= 16;
+    }
     if (t->model == LFLARE_MODEL_POLYNOMIAL) return lflare__gl_upload_meshes(o, t);
     if (!lens && !settings) return LFLARE_OK;
     lflare__gl_unpack(o);
@@ -8504,6 +8751,7 @@ static size_t lflare__gl_fill_frame(lflare_gl *o, const lflare_tables *t, const 
         u->burst[2][k] = t->streak_gain[k];
     }
     u->burst[0][3] = t->starburst_unit;
+    u->burst[2][3] = (float)t->fringes;
     u->burst[1][3] = t->streak_half[1];
     memcpy(u->blades, t->iris.blades, sizeof u->blades);
     memcpy(u->lights, f->lights, sizeof(lflare_frame_light) * (size_t)f->light_count);
@@ -8588,6 +8836,7 @@ static void lflare__gl_flare(lflare_gl *o, const lflare_tables *t, const lflare_
     gl->BindBuffer(0x8892, o->instances);
     gl->BufferData(0x8892, (ptrdiff_t)sizeof(lflare_instance) * f->instance_count, f->instances, 0x88E0);
     lflare__gl_bind_texture(gl, 3, o->textures[LFLARE__GL_MASK], 0);
+    lflare__gl_bind_texture(gl, 4, o->textures[LFLARE__GL_RINGING], 0);
     gl->UseProgram(o->programs[!meshes ? LFLARE__GL_FILL : t->iris.mask != NULL ? LFLARE__GL_PATCHES_MASKED : LFLARE__GL_PATCHES]);
     if (meshes) gl->DrawElementsInstanced(0x0004, LFLARE__GL_PATCH, 0x1403, NULL, f->instance_count);
     else gl->DrawArraysInstanced(0x0006, 0, LFLARE__GL_INSIDE, f->instance_count); /* fans */
@@ -9201,6 +9450,11 @@ LFLARE_API lflare_result lflare_file_read(const char *path, lflare_realloc alloc
 #undef LFLARE__NM_F
 #undef LFLARE__NM_C
 #undef LFLARE__PIXEL_VARIANCE
+#undef LFLARE__RING_WASHED
+#undef LFLARE__RING_INNER
+#undef LFLARE__RING_OUTER
+#undef LFLARE__RING_MOST
+#undef LFLARE__RING_FADE
 #undef LFLARE__STARBURST_LEAST
 
 #endif /* LENSFLARE_IMPLEMENTED */

@@ -38,8 +38,9 @@ static const char help[] =
     "  flare render  LENS -o OUT.png|OUT.pfm [--size WxH] [--angle AX,AY] [--fov DEG] [--fnumber N] [--blades N]\n"
     "                [--rotation DEG] [--curvature 0..1] [--radius MRAD] [--backend software|gl] [--ghosts-only]\n"
     "                [--exposure EV] [--model paraxial|polynomial|reference] [--fit FILE] [--wavelengths N] [--cells N]\n"
-    "                [iris options] [--streak SHARE]\n"
-    "      the flare of one light: ghosts, starburst, and a horizontal streak if asked for. PNG is tone-mapped; PFM holds linear multiples of the light's irradiance. --backend gl\n"
+    "                [iris options] [--ringing on|off] [--streak SHARE]\n"
+    "      the flare of one light: ghosts with diffraction's fringes at their edges, starburst, and a horizontal streak if asked\n"
+    "      for; --ghosts-only: ghosts with plain edges, as rays have them, unless --ringing on. PNG is tone-mapped; PFM holds linear multiples of the light's irradiance. --backend gl\n"
     "      needs no window: EGL draws, or else OSMesa (the environment's GL_HOST=egl or osmesa picks one)\n"
     "      --model polynomial: aberrated ghosts, near enough to exact rays, from the fit in FILE or beside the lens (NAME.fit\n"
     "      beside NAME.lens), or from one made on the spot; where there is a fit it is the default, elsewhere paraxial, the quick\n"
@@ -182,7 +183,7 @@ typedef struct options {
     int operand_count;
     const char *out, *layers, *fit, *mask;
     lflare_model model; /* AUTO where `reference` is set, too */
-    int json, csv, ghosts_only, gl, reference, wavelengths, cells, has_radius, rays, dust, scratches, grating, seed;
+    int json, csv, ghosts_only, gl, reference, wavelengths, cells, has_radius, rays, dust, scratches, grating, seed, ringing;
     int width, height, blades, ghost[2], has_ray;
     double ray[2], lambda;
     double ax, ay, fov, fnumber, rotation, curvature, radius, exposure, lambda0, angle, softness, streak, sensor_width;
@@ -270,6 +271,7 @@ static options parse(int argc, char **argv, const char *allowed, int operands)
         if (strcmp(name, "-o") == 0) o.out = value;
         else if (strcmp(name, "--layers") == 0) o.layers = value;
         else if (strcmp(name, "--fit") == 0) o.fit = value;
+        else if (strcmp(name, "--ringing") == 0) o.ringing = 1 + second_choice(name, value, "off", "on");
         else if (strcmp(name, "--mask") == 0) o.mask = value;
         else if (strcmp(name, "--dust") == 0) o.dust = whole_number(name, value, 0, LFLARE_MAX_MARKS);
         else if (strcmp(name, "--scratches") == 0) o.scratches = whole_number(name, value, 0, LFLARE_MAX_MARKS);
@@ -1209,7 +1211,7 @@ static int command_render(int argc, char **argv)
     static lflare_lens lens;
     options o = parse(argc, argv,
                       " -o --size --angle --fov --fnumber --blades --rotation --curvature --radius --model --backend --ghosts-only --exposure "
-                      "--wavelengths --cells --fit " IRIS_OPTIONS "--streak ", 1);
+                      "--wavelengths --cells --fit " IRIS_OPTIONS "--streak --ringing ", 1);
     lflare_desc desc = {0};
     lflare_view view = {0};
     lflare_light light = {0};
@@ -1228,6 +1230,7 @@ static int command_render(int argc, char **argv)
     desc.settings.fnumber = o.fnumber;
     desc.settings.blades = o.blades >= 0 ? o.blades : o.ghosts_only ? 0 : 6;
     desc.settings.no_starburst = o.ghosts_only || o.reference;
+    desc.settings.no_ringing = o.ringing == 0 ? o.ghosts_only : o.ringing == 1;
     if (o.reference && (o.mask != NULL || o.dust + o.scratches + o.grating > 0 || o.softness > 0 || o.streak > 0))
         complain("--model reference draws ghosts of sharp blades alone");
     mask = mask_of(&o, &desc.settings.mask);

@@ -14,9 +14,9 @@ const int LENS_TEXELS = 4 + 3 * RIMS, SETTINGS_TEXELS = 2 * SAMPLES + 2, ROW = 1
 const float PI = 3.14159265, PIXEL_VARIANCE = 0.715 * 0.715 / 5.0;
 
 #ifdef RIM
-/* 0-4: gain of each edge at three wavelengths, soft at the first; 5-9: offset, soft at the second; 10: soft at the third of
-   edges 0-3; 11: of edge 4, axis, edge count; 12: irradiance, samples a pixel; 13: each wavelength's centre on the axis */
-flat out vec4 v_data[14];
+/* 0-4: gain of each edge at three wavelengths, soft at the middle one; 5-9: offset, fringes' length; 10: axis, edge count, samples a
+   pixel; 11: irradiance, softness at the first wavelength over that at the middle one; 12: centres on the axis, the same at the third */
+flat out vec4 v_data[13];
 out vec2 v_position;           /* on the sensor, less the override's shift */
 #else
 flat out vec4 v_irradiance;
@@ -26,21 +26,26 @@ vec4 lens_texel(int i) { return texelFetch(u_lens_table, ivec2(i % ROW, i / ROW)
 vec4 settings_texel(int i) { return texelFetch(u_settings_table, ivec2(i % ROW, i / ROW), 0); }
 
 struct Edge {
-    vec3 gain, offset, soft;
+    vec3 gain, offset, inner, outer;
+    float soft, ring; /* before the iris's softness */
 };
 
-vec3 g_drawn, g_m11, g_m12;
+vec3 g_drawn, g_m11, g_m12, g_ratio;
 float g_centroid, g_slope, g_lamp, g_pixel;
 
-Edge edge_of(vec3 a, vec3 b, float radius)
+Edge edge_of(vec3 a, vec3 b, float radius, float softness)
 {
     Edge e;
     a /= radius;
     b /= radius;
     e.gain = a / g_drawn;
     e.offset = a * g_centroid + b * g_slope;
-    vec3 lamp = (g_m12 * a - g_m11 * b) / g_drawn * g_lamp, grid = g_pixel * e.gain;
-    e.soft = sqrt(5.0 * (PIXEL_VARIANCE * grid * grid + 0.25 * lamp * lamp)) + vec3(1e-7);
+    float c = g_m12.y * a.y - g_m11.y * b.y, lamp = c / g_drawn.y * g_lamp, grid = g_pixel * e.gain.y;
+    e.soft = sqrt(5.0 * (PIXEL_VARIANCE * grid * grid + 0.25 * lamp * lamp));
+    e.ring = u_burst[2].w * sqrt(0.5 * u_spectrum.y * abs(a.y * c) / max(abs(g_m11.y), 1e-12));
+    Profile p = profile_of(e.soft * g_ratio, vec3(e.ring), softness);
+    e.inner = p.inner;
+    e.outer = p.outer;
     return e;
 }
 
@@ -67,19 +72,19 @@ vec3 tangent(vec2 d, vec2 axis, vec3 along)
             vec2 n;
             vec3 far;
             if (i > 0 || blades == 0 || blade.w > 0.0) {
-                float arc = blade.w > 0.0 ? blade.w : 1.0, radius = arc + e.soft.y;
+                float arc = blade.w > 0.0 ? blade.w : 1.0, radius = arc + e.outer.y;
                 offset += blade.xy * blade.z;
                 float b = dot(offset, d) * side;
                 t = (sqrt(max(radius * radius - dot(offset, offset) + b * b, 0.0)) - b) / gain.y;
                 n = (gain.y * t * d + side * offset) / radius;
                 n /= max(length(n), 1e-6);
-                far = (vec3(arc) + e.soft - side * (e.offset * dot(axis, n) + vec3(dot(blade.xy, n) * blade.z))) / gain;
+                far = (vec3(arc) + e.outer - side * (e.offset * dot(axis, n) + vec3(dot(blade.xy, n) * blade.z))) / gain;
             } else {
                 float facing = dot(blade.xy, d) * side;
-                float room = blade.z + e.soft.y - dot(blade.xy, offset);
+                float room = blade.z + e.outer.y - dot(blade.xy, offset);
                 t = facing > 1e-6 ? max(room, 0.0) / (gain.y * facing) : 3e38;
                 n = side * blade.xy;
-                far = (vec3(blade.z) + e.soft - e.offset * dot(axis, blade.xy)) / gain;
+                far = (vec3(blade.z) + e.outer - e.offset * dot(axis, blade.xy)) / gain;
             }
             if (t < best) {
                 best = t;
@@ -106,13 +111,13 @@ float uncut(vec2 d, vec2 axis, vec3 along)
             vec4 blade = i == 0 && blades > 0 ? u_blades[k] : vec4(0.0);
             vec3 t;
             if (i > 0 || blades == 0 || blade.w > 0.0) {
-                vec3 radius = vec3(blade.w > 0.0 ? blade.w : 1.0) - e.soft;
+                vec3 radius = vec3(blade.w > 0.0 ? blade.w : 1.0) - e.inner;
                 vec3 ox = start * axis.x + vec3(blade.x * blade.z), oy = start * axis.y + vec3(blade.y * blade.z);
                 vec3 b = (ox * d.x + oy * d.y) * side, c = radius * radius - ox * ox - oy * oy;
                 t = (sqrt(max(c + b * b, vec3(0.0))) - b) / gain;
                 if (min(radius.x, min(radius.y, radius.z)) <= 0.0 || min(c.x, min(c.y, c.z)) <= 0.0) t = vec3(0.0);
             } else {
-                vec3 facing = dot(blade.xy, d) * side, room = vec3(blade.z) - e.soft - start * dot(blade.xy, axis);
+                vec3 facing = dot(blade.xy, d) * side, room = vec3(blade.z) - e.inner - start * dot(blade.xy, axis);
                 t = mix(vec3(3e37), room / max(gain * facing, vec3(1e-12)), greaterThan(facing, vec3(1e-6)));
                 t = mix(t, vec3(0.0), lessThan(room, vec3(0.0)));
             }
@@ -155,6 +160,7 @@ void main()
     vec3 spread = 0.61 * u_spectrum.xyz * g_m12 / radius, lamp = l1.z * g_m12;
     vec3 size = max(abs(g_m11), sqrt(vec3(u_lens.x * u_lens.x) + spread * spread + lamp * lamp) / radius);
     g_drawn = mix(size, -size, lessThan(g_m11, vec3(0.0))) * scale;
+    g_ratio = abs(vec3(g_drawn.y) / g_drawn);
     g_centroid = middle_x;
     g_slope = l1.x;
     g_lamp = l1.z * scale;
@@ -165,18 +171,17 @@ void main()
     /* edges: the iris, then those that cut deepest into the smallest */
     Edge found[EDGES + RIMS];
     int count = 1;
-    found[0] = edge_of(ma11, ma12, u_lens.w);
-    found[0].soft = sqrt(found[0].soft * found[0].soft + vec3(u_strip.w * u_strip.w));
-    if ((binding & 1) != 0) found[count++] = edge_of(vec3(1.0), vec3(0.0), u_lens.z);
+    found[0] = edge_of(ma11, ma12, u_lens.w, u_strip.w);
+    if ((binding & 1) != 0) found[count++] = edge_of(vec3(1.0), vec3(0.0), u_lens.z, 0.0);
     for (i = 0; i < RIMS; i++)
         if ((binding >> (i + 1) & 1) != 0) {
             vec4 r0 = lens_texel(lens + 4 + i * 3), r1 = lens_texel(lens + 5 + i * 3), r2 = lens_texel(lens + 6 + i * 3);
-            found[count++] = edge_of(vec3(r0.x, r1.x, r2.x), vec3(r0.y, r1.y, r2.y), r0.z);
+            found[count++] = edge_of(vec3(r0.x, r1.x, r2.x), vec3(r0.y, r1.y, r2.y), r0.z, 0.0);
         }
     int smallest = 0;
     float reach = 3e38;
     for (i = 0; i < count; i++) {
-        float extent = (1.0 + found[i].soft.y) / max(abs(found[i].gain.y), 1e-12);
+        float extent = (1.0 + found[i].outer.y) / max(abs(found[i].gain.y), 1e-12);
         if (extent < reach) { reach = extent; smallest = i; }
     }
     float middle = -found[smallest].offset.y / found[smallest].gain.y, depth[EDGES];
@@ -184,7 +189,7 @@ void main()
     g_count = 1;
     for (i = 1; i < count; i++) {
         float gain = abs(found[i].gain.y);
-        float over = abs(found[i].gain.y * middle + found[i].offset.y) + gain * reach - 1.0 + found[i].soft.y;
+        float over = abs(found[i].gain.y * middle + found[i].offset.y) + gain * reach - 1.0 + found[i].soft;
         float cut = i == smallest ? 3e38 : over / gain;
         if (over <= 0.0 && i != smallest) continue;
         int k = g_count;
@@ -209,17 +214,14 @@ void main()
     irradiance *= max(weight, vec3(0.0)) * style0.rgb / (size * size) * size2 / mix(wide, size2 + wash, lessThanEqual(vec3(wash5), size2));
     vec3 along = g_m11 * g_centroid + g_m12 * g_slope;
 #ifdef RIM
-    vec4 third = vec4(1.0);
     for (i = 0; i < EDGES; i++) {
         Edge e = g_edges[i < g_count ? i : 0];
-        v_data[i] = vec4(e.gain, e.soft.x);
-        v_data[5 + i] = vec4(e.offset, e.soft.y);
-        if (i < 4) third[i] = e.soft.z;
-        else v_data[11] = vec4(e.soft.z, axis, float(g_count));
+        v_data[i] = vec4(e.gain, e.soft);
+        v_data[5 + i] = vec4(e.offset, e.ring);
     }
-    v_data[10] = third;
-    v_data[12] = vec4(irradiance, fine ? 16.0 : 1.0);
-    v_data[13] = vec4(along, 0.0);
+    v_data[10] = vec4(axis, float(g_count), fine ? 16.0 : 1.0);
+    v_data[11] = vec4(irradiance, g_ratio.x);
+    v_data[12] = vec4(along, g_ratio.z);
     v_position = vec2(0.0);
 #else
     v_irradiance = vec4(irradiance, 0.0);

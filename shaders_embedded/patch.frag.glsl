@@ -16,12 +16,12 @@ void main() { o_color = vec4(lit(), 0.0); }
 in vec4 v_iris01;  /* red's and green's place on the iris */
 in vec4 v_iris2;   /* blue's; width of the soft rim, pixels; that of the iris */
 in vec3 v_rim;
-in vec2 v_bulge;   /* counts directions; 4 times how far rims bulge between them */
+in vec4 v_bulge;   /* counts directions; 4 times how far rims bulge between them; fringes at the iris and at the rim, pixels */
 
-void cut_slope(vec3 over, vec3 gx, vec3 gy, float soft, float softness)
+void cut_slope(vec3 over, vec3 gx, vec3 gy, float soft, float ring, float softness)
 {
-    vec3 g = max(sqrt(gx * gx + gy * gy), vec3(1e-20)), width = soft * min(g, 0.6);
-    cut(-over / sqrt(width * width + softness * softness), -gx / g, -gy / g);
+    vec3 g = max(sqrt(gx * gx + gy * gy), vec3(1e-20)), pixels = min(g, 0.6);
+    cut(profile_of(soft * pixels, ring * pixels, softness), -over, -gx / g, -gy / g);
 }
 
 void main()
@@ -35,12 +35,12 @@ void main()
         vec4 b = blades > 0 ? u_blades[i] : vec4(0.0, 0.0, 0.0, 1.0);
         if (b.w > 0.0) {
             vec3 ax = hx + b.x * b.z, ay = hy + b.y * b.z, far = sqrt(ax * ax + ay * ay), inverse = 1.0 / max(far, vec3(1e-20));
-            cut_slope(far - b.w, (ax * xx + ay * yx) * inverse, (ax * xy + ay * yy) * inverse, v_iris2.w, u_strip.w);
+            cut_slope(far - b.w, (ax * xx + ay * yx) * inverse, (ax * xy + ay * yy) * inverse, v_iris2.w, v_bulge.z, u_strip.w);
         } else {
-            cut_slope(b.x * hx + b.y * hy - b.z, b.x * xx + b.y * yx, b.x * xy + b.y * yy, v_iris2.w, u_strip.w);
+            cut_slope(b.x * hx + b.y * hy - b.z, b.x * xx + b.y * yx, b.x * xy + b.y * yy, v_iris2.w, v_bulge.z, u_strip.w);
         }
     }
-    cut_slope(v_rim - 1.0 - v_bulge.y * turn * (1.0 - turn), rim_x - bend * dFdx(v_bulge.x), rim_y - bend * dFdy(v_bulge.x), v_iris2.z, 0.0);
+    cut_slope(v_rim - 1.0 - v_bulge.y * turn * (1.0 - turn), rim_x - bend * dFdx(v_bulge.x), rim_y - bend * dFdy(v_bulge.x), v_iris2.z, v_bulge.w, 0.0);
     vec3 open = within();
     if (u_strip.z > 0.0) open *= mask(hx, hy, v_iris2.w * min(sqrt(0.5 * (xx * xx + xy * xy + yx * yx + yy * yy)), 0.6));
     o_color = vec4(lit() * open, 0.0);

@@ -15,7 +15,7 @@ out vec3 v_entrance;
 #ifdef PATCH_RIM
 out vec4 v_iris01, v_iris2;
 out vec3 v_rim;
-out vec2 v_bulge;
+out vec4 v_bulge;
 #endif
 
 vec4 head(int i) { return texelFetch(u_mesh_heads, ivec2(i % HEADS_ROW, i / HEADS_ROW), 0); }
@@ -55,6 +55,12 @@ float soft(float lamp)
     return sqrt(5.0 * (PIXEL_VARIANCE * u_lens.x * u_lens.x + 0.25 * lamp * lamp));
 }
 
+/* lflare__patch_ring */
+float fringe(float shrink, float lamp, float scale)
+{
+    return u_burst[2].w * scale * sqrt(0.5 * u_spectrum.y * sqrt(abs(shrink)) * abs(lamp));
+}
+
 void main()
 {
     int ghost = int(a_instance.x) * 4, light = int(a_instance.y) * 4, patch_index = int(a_instance.z);
@@ -69,7 +75,7 @@ void main()
 #ifdef PATCH_RIM
     v_iris01 = v_iris2 = vec4(1.0);
     v_rim = vec3(1.0);
-    v_bulge = vec2(0.0);
+    v_bulge = vec4(0.0);
 #endif
     if (place < int(u_strip.x)) irradiance *= uintBitsToFloat(texelFetch(u_visibility, ivec2(place, 0), 0).r);
     g_directions = int(h0.y);
@@ -113,9 +119,14 @@ void main()
 
     /* from where to where the rim reaches, in rings */
     vec4 edge = smooth_texel(vertex(g_rings, direction) + (split_mesh ? 1 : 4));
-    float iris_soft = soft(whole.y), reach = 1.1 * max(iris_soft, soft(split_mesh ? edge.w : edge.z)), bulge = last(0, direction);
-    reach = reach / max(scale * last(g_rings - 1, direction) + abs(grown) * whole.z, 1.5 * u_lens.x) + u_strip.w;
-    float begin = float(g_rings) * max((split_mesh ? last(g_rings, direction) : edge.w) - reach - 0.01, 0.0), end = float(g_rings) * (1.0 + reach + 1.2 * bulge);
+    float edge_lamp = split_mesh ? edge.w : edge.z, edge_shrink = split_mesh ? kept_texel(vertex(g_rings, direction) + 1).y : kept_texel(vertex(g_rings, direction) + 1).w;
+    float iris_soft = soft(whole.y), bulge = last(0, direction), widest = sqrt(u_spectrum.x / u_spectrum.y);
+    float inverse = 1.1 / max(scale * last(g_rings - 1, direction) + abs(grown) * whole.z, 1.5 * u_lens.x);
+    vec4 width = vec4(iris_soft, soft(edge_lamp), widest * fringe(edge_shrink, whole.y, scale), widest * fringe(edge_shrink, edge_lamp, scale)) * inverse; /* see lflare__patch_band */
+    width.zw *= step(width.xy, 8.0 * width.zw) * step(width.zw, vec2(0.2143));
+    vec2 inner = width.xy + 5.0 * width.zw, outer = width.xy + 2.5 * width.zw;
+    float begin = float(g_rings) * max((split_mesh ? last(g_rings, direction) : edge.w) - max(inner.x, inner.y) - u_strip.w - 0.01, 0.0);
+    float end = float(g_rings) * (1.0 + max(outer.x, outer.y) + u_strip.w + 1.2 * bulge);
     if (ragged) {
         begin = float(block) / float(blocks) * end;
         end *= float(block + 1) / float(blocks);
@@ -169,7 +180,8 @@ void main()
         v_iris2 = vec4(to_sensor * t4.xy, soft(t4.z) / u_lens.x, iris_soft / u_lens.x);
         v_rim = t2.xyz;
     }
-    v_bulge = vec2(turn, 4.0 * bulge);
+    float real_shrink = split_mesh ? t1.y : t1.w;
+    v_bulge = vec4(turn, 4.0 * bulge, vec2(fringe(real_shrink, whole.y, scale), fringe(real_shrink, split_mesh ? t1.w : t4.z, scale)) / u_lens.x);
 #endif
     vec2 position = vec2(local.x * axis.x - local.y * axis.y, local.x * axis.y + local.y * axis.x);
     position += u_lens.y * (style1.x * slope + style1.y * vec2(-slope.y, slope.x));

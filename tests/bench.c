@@ -17,7 +17,7 @@ static void *counting(void *user, void *block, size_t old_size, size_t new_size)
 
 static void bench_tables(const char *path)
 {
-    lflare_settings settings = {0};
+    lflare_settings settings = ghosts_alone();
     lflare *flare = open_lens(path, &settings, counting);
     const lflare_lens *lens = lflare_get_lens(flare);
     lflare_tables tables = *lflare_get_tables(flare);
@@ -126,7 +126,7 @@ static double fill_limit(lflare *flare, float *pixels, int width, int height, do
 static void bench_software(const char *path, double fnumber, float x, float y, float radius)
 {
     enum { W = 1280, H = 720 };
-    lflare_settings settings = {0};
+    lflare_settings settings = ghosts_alone();
     lflare_view view = {0};
     lflare_light light = {0};
     lflare_image image = {0};
@@ -211,7 +211,7 @@ static void draw_again(lflare *flare, void *image)
 static void bench_models_software(lflare *const *flares)
 {
     static const double fnumbers[2] = {0, 8};
-    lflare_settings settings = {0};
+    lflare_settings settings = ghosts_alone();
     lflare_image image = {0};
     double ms[2];
     int i;
@@ -232,7 +232,7 @@ static void bench_models_software(lflare *const *flares)
 /* The polynomial model beside the paraxial one. */
 static void bench_models(const char *path)
 {
-    lflare_settings settings = {0};
+    lflare_settings settings = ghosts_alone();
     lflare *flares[2]; /* paraxial, polynomial */
     const lflare_lens *lens;
     double seconds, check, ms[2];

@@ -58,6 +58,14 @@ static lflare *open_fitted(const char *path, const lflare_settings *settings, lf
     return flare;
 }
 
+/* Ghosts with plain edges; what diffraction costs is measured apart. */
+static lflare_settings ghosts_alone(void)
+{
+    lflare_settings s = {0};
+    s.no_starburst = s.no_ringing = 1;
+    return s;
+}
+
 static lflare *open_lens(const char *path, const lflare_settings *settings, lflare_realloc allocate)
 {
     return open_fitted(path, settings, allocate, NULL, 0);

@@ -109,7 +109,7 @@ static const char *name_of(const lflare *flare)
 static void bench_cpu(const char *path, int no_restore)
 {
     enum { REPEAT = 100 };
-    lflare_settings settings = {0};
+    lflare_settings settings = ghosts_alone();
     lflare *flare = open_lens(path, &settings, NULL);
     lflare_gl *gl = create_gl(load_stub, no_restore);
     lflare_gl_depth depth = some_depth();
@@ -307,7 +307,7 @@ static double psnr(const float *a, const float *b)
 
 static lflare *frame_of(const char *path, double fnumber, int blades, float radius)
 {
-    lflare_settings settings = {0};
+    lflare_settings settings = ghosts_alone();
     lflare_view view = {0};
     lflare_light light = {{0.0954f, 0, -1}, {1, 1, 1}, {0}, 0, 0, 0}; /* 5.45 degrees */
     lflare *flare;
@@ -419,7 +419,7 @@ static void frames_of(lflare_gl *gl, lflare *const *flares, double *ms)
 static void bench_models(lflare_gl *gl, const char *path)
 {
     static const char *const names[2] = {"paraxial  ", "polynomial"};
-    lflare_settings settings = {0};
+    lflare_settings settings = ghosts_alone();
     lflare *flares[2];
     double seconds, ms[2];
     size_t size;

@@ -262,6 +262,7 @@ static double create(subject *s, const void *fit, size_t fit_size)
     memset(&desc, 0, sizeof desc);
     desc.prescription = &s->lens.prescription;
     desc.settings.model = fit != NULL ? LFLARE_MODEL_POLYNOMIAL : LFLARE_MODEL_PARAXIAL;
+    desc.settings.no_starburst = desc.settings.no_ringing = 1; /* as exact rays have it */
     desc.fit = fit;
     desc.fit_size = fit_size;
     began = now();

@@ -401,20 +401,22 @@ static void flux_is_whole(void **state)
 
 /* ---- f-numbers ---- */
 
-static lflare *open_with(const lflare_settings *settings)
+static lflare *open_lens(const char *path, const lflare_settings *settings)
 {
     lflare_desc desc;
     lflare_error error;
     lflare *flare;
     char *text;
     memset(&desc, 0, sizeof desc);
-    assert_int_equal(lflare_file_read(HELIAR, NULL, NULL, &text, &desc.text_size, &error), LFLARE_OK);
+    assert_int_equal(lflare_file_read(path, NULL, NULL, &text, &desc.text_size, &error), LFLARE_OK);
     desc.text = text;
     desc.settings = *settings;
     if (lflare_create(&desc, &flare, &error) != LFLARE_OK) fail_msg("%s", error.text);
     free(text);
     return flare;
 }
+
+static lflare *open_with(const lflare_settings *settings) { return open_lens(HELIAR, settings); }
 
 /* Of a light of fixed irradiance: distance within which half the flux falls, mm; flux; the brightest point. */
 static void measure(const lflare_tables *t, double *width, double *flux, double *peak)
@@ -469,6 +471,183 @@ static void fnumbers(void **state)
         }
     }
     lflare_destroy(flare);
+}
+
+/* ---- ringing ---- */
+
+extern double j0(double); /* of POSIX, which C99 hides */
+
+/* A ghost of a point of light on the axis, iris round: Collins's integral from the stop to a point of the sensor, over the geometric
+   irradiance. `bent`: m / (lambda Bs), `turned`: 1 / (lambda Bs). */
+static double collins(double iris, double bent, double turned, double m, double s)
+{
+    int steps = 2000 + (int)(12 * fabs(bent) * iris * iris), i;
+    double re = 0, im = 0;
+    for (i = 0; i < steps; i++) {
+        double a = iris * (i + 0.5) / steps, weight = a * j0(2 * PI * a * s * turned);
+        re += weight * cos(PI * bent * a * a);
+        im += weight * sin(PI * bent * a * a);
+    }
+    re *= 2 * PI * turned * iris / steps * m;
+    im *= 2 * PI * turned * iris / steps * m;
+    return re * re + im * im;
+}
+
+/* The same over the band that a channel stands for. */
+static double collins_band(double iris, double bent, double turned, double m, double s, int band)
+{
+    double sum = 0, weights = 0;
+    int k;
+    for (k = -band; k <= band; k++) {
+        double x = band > 0 ? 2.5 * k / band : 0, weight = exp(-0.5 * x * x);
+        sum += weight * collins(iris, bent / (1 + 0.05 * x), turned / (1 + 0.05 * x), m, s);
+        weights += weight;
+    }
+    return sum / weights;
+}
+
+/* Drawn edges against the integral, for real ghosts: the first maximum and where it is, and all fringes up to 4.2 lengths. */
+static void fringes_against_collins(void **state)
+{
+    static const char *const paths[3] = {HELIAR, "lenses/nikon-80-200-mid.lens", "lenses/planar-50-14.lens"};
+    int l, found = 0;
+    (void)state;
+    for (l = 0; l < 3; l++) {
+        lflare_settings settings;
+        lflare *flare;
+        const lflare_tables *t;
+        lflare_light light;
+        lflare_view view;
+        int g, here = 0;
+        memset(&settings, 0, sizeof settings);
+        settings.no_starburst = settings.raw = 1;
+        settings.fnumber = 8;
+        flare = open_lens(paths[l], &settings);
+        t = lflare_get_tables(flare);
+        memset(&view, 0, sizeof view);
+        view.width = 1 << 20; /* pixels far finer than fringes */
+        view.height = 1 << 10;
+        memset(&light, 0, sizeof light);
+        light.direction[2] = -1;
+        light.color[0] = light.color[1] = light.color[2] = 1;
+        assert_int_equal(lflare_frame(flare, &view, &light, 1), LFLARE_OK);
+        for (g = 0; g < lflare_get_frame(flare)->instance_count && here < 2; g++) {
+            lflare_instance instance = lflare_get_frame(flare)->instances[g];
+            lflare_ghost_matrices o;
+            lflare_footprint fp;
+            double lambda = 1e-6 * (double)t->wavelengths[1], iris = (double)t->iris.radius, m, number, ring, edge, w, best[3] = {0, 0, 0}, at[3] = {0, 0, 0}, near[3][64], places[64], wrong = 0;
+            int n = 0, row = 0;
+            assert_int_equal(lflare_ghost_optics(lflare_get_lens(flare), (double)t->wavelengths[1], &t->pairs[instance.ghost], 1, &o), LFLARE_OK);
+            m = o.m.a / o.ma.a;
+            number = iris * iris * fabs(m) / (lambda * fabs(o.ms.b));
+            if (number < 100 || number > 3000 || !lflare_footprint_resolve(t, lflare_get_frame(flare), instance, &fp) || fp.edge_count > 1 || fp.fine) continue;
+            edge = fabs(m) * iris;
+            ring = edge / sqrt(2 * number);
+            for (w = -1; w <= 4.2; w += 0.03) {
+                double s = edge - w * ring, value[3];
+                int k;
+                value[0] = (double)lflare_footprint_coverage(&fp, 1, &t->iris, (float)s, 0);
+                value[1] = collins_band(iris, m / (lambda * o.ms.b), 1 / (lambda * fabs(o.ms.b)), m, s, 2);
+                value[2] = w > 0.9 && w < 1.6 ? collins(iris, m / (lambda * o.ms.b), 1 / (lambda * fabs(o.ms.b)), m, s) : 0;
+                for (k = 0; k < 3; k++)
+                    best[k] = fmax(best[k], value[k]);
+                if (w > 0.9 && w < 1.6 && row < 64) {
+                    for (k = 0; k < 3; k++) near[k][row] = value[k];
+                    places[row++] = w;
+                }
+                if (w < 0) continue;
+                wrong += pow(value[0] - value[1], 2);
+                n++;
+            }
+            wrong = sqrt(wrong / n);
+            for (w = 0; w < 3; w++) { /* the middle of what is above half of the fringe's height over the plateau */
+                int k = (int)w, i;
+                double sum = 0, weight = 0;
+                for (i = 0; i < row; i++) {
+                    double over = fmax(near[k][i] - 0.5 * (1 + best[k]), 0);
+                    sum += over * places[i];
+                    weight += over;
+                }
+                at[k] = sum / weight;
+            }
+            print_message("%s (%d,%d), Fresnel number %.0f: first maximum %.3f at %.2f lengths, of the integral %.3f at %.2f (one wavelength %.3f at %.2f); rms to 4.2 lengths %.1f %%\n", paths[l],
+                          (int)t->pairs[instance.ghost].first + 1, (int)t->pairs[instance.ghost].second + 1, number, best[0], at[0], best[1], at[1], best[2], at[2], 100 * wrong);
+            assert_true(fabs(best[0] / best[1] - 1) < 0.02 && fabs(best[0] / best[2] - 1) < 0.02);
+            assert_true(fabs(at[0] / at[1] - 1) < 0.03 && fabs(at[0] / at[2] - 1) < 0.03);
+            assert_true(wrong < 0.03);
+            found++;
+            here++;
+        }
+        lflare_destroy(flare);
+    }
+    assert_true(found >= 5);
+}
+
+/* What lamps leave of the first maximum: discs of half, one and two fringe lengths (P 9). */
+static void lamps_wash_fringes_out(void **state)
+{
+    static const double expected[3] = {1.23, 1.09, 1.03};
+    float table[LFLARE_RINGING_FLOATS];
+    int i, w;
+    (void)state;
+    lflare_ringing_make(table);
+    for (i = 0; i < 3; i++) {
+        double blur = 0.5 * (1 << i), most = 0;
+        lflare__profile p = lflare__profile_make(table, (float)(0.01 * sqrt(1.25) * blur), 0.01f); /* edges fade over sqrt(5/4) of a disc's radius: the same spread */
+        for (w = 0; w < 1000; w++) most = fmax(most, (double)lflare__profile_at(&p, 1e-4f * (float)w));
+        if (fabs(most - expected[i]) > 0.015) fail_msg("a disc of %g lengths leaves %g of %g", blur, most, expected[i]);
+    }
+}
+
+/* Fringes move light, they make none: ghosts drawn with them hold what they hold without, whatever the iris. */
+static void fringes_keep_the_light(void **state)
+{
+    enum { W = 480, H = 270 };
+    static float pixels[2][4 * W * H];
+    static const double fnumbers[2] = {5.6, 22};
+    int blades, f;
+    (void)state;
+    for (blades = 0; blades < 7; blades += 6)
+        for (f = 0; f < 2; f++) {
+            int what, i, k;
+            double sum[2][3] = {{0, 0, 0}, {0, 0, 0}}, apart = 0;
+            for (what = 0; what < 2; what++) {
+                lflare_settings settings;
+                lflare_light light;
+                lflare_view view;
+                lflare_image image;
+                lflare *flare;
+                memset(&settings, 0, sizeof settings);
+                settings.no_starburst = settings.raw = 1;
+                settings.no_ringing = what == 0;
+                settings.fnumber = fnumbers[f];
+                settings.blades = blades;
+                flare = open_lens("lenses/nikon-80-200-mid.lens", &settings);
+                memset(&view, 0, sizeof view);
+                view.width = W;
+                view.height = H;
+                view.fov_y = 0.5f; /* 72 mm high */
+                view.fit = LFLARE_FIT_PHYSICAL;
+                memset(&light, 0, sizeof light);
+                light.direction[0] = 0.02f;
+                light.direction[2] = -1;
+                light.color[0] = light.color[1] = light.color[2] = 1;
+                memset(&image, 0, sizeof image);
+                image.pixels = pixels[what];
+                image.width = W;
+                image.height = H;
+                memset(pixels[what], 0, sizeof pixels[what]);
+                assert_int_equal(lflare_frame(flare, &view, &light, 1), LFLARE_OK);
+                assert_int_equal(lflare_render(flare, &image), LFLARE_OK);
+                for (i = 0; i < W * H; i++)
+                    for (k = 0; k < 3; k++) sum[what][k] += (double)pixels[what][4 * i + k];
+                lflare_destroy(flare);
+            }
+            for (i = 0; i < W * H; i++) apart = fmax(apart, fabs((double)pixels[1][4 * i + 1] - (double)pixels[0][4 * i + 1]));
+            assert_true(apart > 0); /* there are some */
+            for (k = 0; k < 3; k++)
+                if (fabs(sum[1][k] / sum[0][k] - 1) > 0.005) fail_msg("f/%g, %d blades: %g of the light in channel %d", fnumbers[f], blades, sum[1][k] / sum[0][k], k);
+        }
 }
 
 /* ---- the object ---- */
@@ -723,7 +902,7 @@ static void ghosts_see_the_mask(void **state)
     (void)state;
     mask[2] = mask[3] = 1; /* top row first: the lower half is open */
     memset(&settings, 0, sizeof settings);
-    settings.no_starburst = settings.raw = 1;
+    settings.no_starburst = settings.no_ringing = settings.raw = 1;
     settings.fnumber = 16;
     flare = open_with(&settings);
     memset(&view, 0, sizeof view);
@@ -852,6 +1031,7 @@ int main(void)
         cmocka_unit_test(against_fftw),       cmocka_unit_test(half_plane_against_fftw), cmocka_unit_test(airy),
         cmocka_unit_test(square),             cmocka_unit_test(spikes),                  cmocka_unit_test(folded_and_blurred),
         cmocka_unit_test(flux_is_whole),      cmocka_unit_test(fnumbers),                cmocka_unit_test(made_once),
+        cmocka_unit_test(fringes_against_collins), cmocka_unit_test(lamps_wash_fringes_out), cmocka_unit_test(fringes_keep_the_light),
         cmocka_unit_test(allocations_fail),   cmocka_unit_test(bad_masks),               cmocka_unit_test(white_mask),
         cmocka_unit_test(marks),              cmocka_unit_test(ghosts_see_the_mask),     cmocka_unit_test(streaks_and_lights),
     };

@@ -211,7 +211,7 @@ static lflare *open_lens_with(const char *path, double fnumber, int blades, cons
     desc.settings.blades = blades;
     desc.settings.blade_curvature = blades == 7 ? 0.4f : 0;
     desc.settings.blade_rotation = 0.3f;
-    desc.settings.no_starburst = ghosts_only;
+    desc.settings.no_starburst = desc.settings.no_ringing = ghosts_only;
     desc.fit = fit;
     desc.fit_size = fit_size;
     assert_int_equal(lflare_create(&desc, &flare, &error), LFLARE_OK);

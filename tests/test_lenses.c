@@ -278,7 +278,7 @@ static void test_ghosts(void **state)
         memset(&desc, 0, sizeof desc);
         text = text_of(path, &desc.text_size);
         desc.text = text;
-        desc.settings.no_starburst = 1;
+        desc.settings.no_starburst = desc.settings.no_ringing = 1;
         if (lflare_create(&desc, &flare, &error) < 0) {
             complain(path, "line %d, column %d: %s", (int)error.line, (int)error.column, error.text);
         } else {

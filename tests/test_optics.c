@@ -447,7 +447,7 @@ static void pentagon_picture(void **state)
         memset(&settings, 0, sizeof settings);
         load(lenses.path[l]);
         settings.raw = 1;
-        settings.no_starburst = 1;
+        settings.no_starburst = settings.no_ringing = 1;
         settings.blades = 5;
         settings.blade_rotation = 0.3f;
         settings.fnumber = lens.fnumber * 3;

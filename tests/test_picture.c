@@ -56,7 +56,7 @@ static lflare_settings raw_at(double fnumber)
     lflare_settings s;
     memset(&s, 0, sizeof s);
     s.raw = 1;
-    s.no_starburst = 1;
+    s.no_starburst = s.no_ringing = 1;
     s.fnumber = fnumber;
     return s;
 }
