@@ -2814,7 +2814,7 @@ static float lflare__both(const lflare__cuts *cuts)
     float a = cuts->c[0], b = cuts->c[1], rho, product = a * b;
     if (cuts->t[1] >= 1 || a <= 0) return a;
     rho = lflare__minf(lflare__maxf(cuts->nx[0] * cuts->nx[1] + cuts->ny[0] * cuts->ny[1], -1), 1);
-    return rho > 0 ? product + rho * (a - product) : product - rho * (lflare__maxf(a + b - 1, 0) - product);
+    return rho > 0 ? product + rho * (a - product) : product - rho * (lflare__maxf(lflare__minf(a, 1) + lflare__minf(b, 1) - 1, 0) - product);
 }
 
 /* What the blades, or the circumscribed circle, leave of a point. */
@@ -7659,7 +7659,7 @@ static const char *const lflare__glsl_cuts[] = {
     "vec3 within()\n"
     "{\n"
     "vec3 rho = clamp(nx1 * nx2 + ny1 * ny2, -1.0, 1.0), both = c1 * c2;\n"
-    "vec3 less = both - rho * (max(c1 + c2 - 1.0, 0.0) - both), more = both + rho * (c1 - both);\n"
+    "vec3 less = both - rho * (max(min(c1, 1.0) + min(c2, 1.0) - 1.0, 0.0) - both), more = both + rho * (c1 - both);\n"
     "return mix(mix(less, more, greaterThan(rho, vec3(0.0))), c1, greaterThanEqual(t2, vec3(1.0)));\n"
     "}\n"
     , NULL};
@@ -7971,13 +7971,14 @@ static const char *const lflare__glsl_ghost_vert[] = {
     , NULL};
 static const char *const lflare__glsl_patch_frag[] = {
     "out vec4 o_color;\n"
-    "in vec3 v_irradiance;\n"
-    "in vec3 v_flux;\n"
-    "in vec3 v_entrance;\n"
+    "centroid in vec3 v_irradiance;\n"
+    "centroid in vec3 v_flux;\n"
+    "centroid in float v_most;\n"
+    "in vec2 v_entrance;\n"
     "vec3 lit()\n"
     "{\n"
-    "vec2 ex = dFdx(v_entrance.xy), ey = dFdy(v_entrance.xy);\n"
-    "return v_irradiance + v_flux * min(abs(ex.x * ey.y - ex.y * ey.x) / (u_lens.x * u_lens.x), v_entrance.z);\n"
+    "vec2 ex = dFdx(v_entrance), ey = dFdy(v_entrance);\n"
+    "return v_irradiance + v_flux * min(abs(ex.x * ey.y - ex.y * ey.x) / (u_lens.x * u_lens.x), v_most);\n"
     "}\n"
     "#ifndef PATCH_RIM\n"
     "void main() { o_color = vec4(lit(), 0.0); }\n"
@@ -8022,8 +8023,9 @@ static const char *const lflare__glsl_patch_vert[] = {
     "in uvec4 a_instance;\n"
     "const int KNOT_TEXELS = 2, DIRECTIONS = 9, RINGS = 5, BANDS = 3, HEADS_ROW = 1024, MESH_ROW = 2048;\n"
     "const float PIXEL_VARIANCE = 0.715 * 0.715 / 5.0;\n"
-    "out vec3 v_irradiance, v_flux;\n"
-    "out vec3 v_entrance;\n"
+    "centroid out vec3 v_irradiance, v_flux;\n"
+    "centroid out float v_most;\n"
+    "out vec2 v_entrance;\n"
     "#ifdef PATCH_RIM\n"
     "out vec4 v_iris01, v_iris2;\n"
     "out vec3 v_rim;\n"
@@ -8070,7 +8072,8 @@ static const char *const lflare__glsl_patch_vert[] = {
     "int place = int(u_lights[light + 3].x);\n"
     "gl_Position = vec4(2.0, 2.0, 0.0, 1.0);\n"
     "v_irradiance = v_flux = vec3(0.0);\n"
-    "v_entrance = vec3(0.0);\n"
+    "v_entrance = vec2(0.0);\n"
+    "v_most = 0.0;\n"
     "#ifdef PATCH_RIM\n"
     "v_iris01 = v_iris2 = vec4(1.0);\n"
     "v_rim = vec3(1.0);\n"
@@ -8086,8 +8089,8 @@ static const char *const lflare__glsl_patch_vert[] = {
     "#else\n"
     "bool drawn = !ragged;\n"
     "#endif\n"
-    "if (!(l1.y < h1.x) || !drawn || !(irradiance.x + irradiance.y + irradiance.z > 0.0)) return;\n"
     ,
+    "if (!(l1.y < h1.x) || !drawn || !(irradiance.x + irradiance.y + irradiance.z > 0.0)) return;\n"
     "int knots = (int(h1.y) & 8) != 0 ? 23 : 12;\n"
     "float at = (1.0 - sqrt(max(1.0 - l1.y / h1.x, 0.0))) * float(knots - 1);\n"
     "int first = clamp(int(at) - 1, 0, knots - 4);\n"
@@ -8128,9 +8131,9 @@ static const char *const lflare__glsl_patch_vert[] = {
     "#ifdef PATCH_STRIP\n"
     "at = begin + (end - begin) * float(row) / float(BANDS - 1);\n"
     "#else\n"
+    ,
     "at = min(float(block * (RINGS - 1) + row), begin);\n"
     "#endif\n"
-    ,
     "int ring = int(clamp(at, 0.0, float(g_rings - 1))), a = vertex(ring, direction);\n"
     "f = at - float(ring);\n"
     "vec4 t0 = smooth_texel(a), t1 = kept_texel(a + 1);\n"
@@ -8162,7 +8165,8 @@ static const char *const lflare__glsl_patch_vert[] = {
     "vec4 centre = smooth_texel(KNOT_TEXELS);\n"
     "vec2 in_at = vec2(t0.z - centre.z, side * t0.w);\n"
     "vec2 local = vec2(centre.x + scale * (t0.x - centre.x), scale * side * t0.y) + grown * in_at;\n"
-    "v_entrance = vec3(in_at.x * axis.x - in_at.y * axis.y, in_at.x * axis.y + in_at.y * axis.x, 8.0 / (spread_of_shrink * scale * scale));\n"
+    "v_entrance = vec2(in_at.x * axis.x - in_at.y * axis.y, in_at.x * axis.y + in_at.y * axis.x);\n"
+    "v_most = 8.0 / (spread_of_shrink * scale * scale);\n"
     "#ifdef PATCH_RIM\n"
     "mat2 to_sensor = mat2(axis.x, axis.y, -axis.y * side, axis.x * side);\n"
     "if (split_mesh) {\n"

@@ -47,6 +47,6 @@ vec3 mask(vec3 x, vec3 y, vec3 soft)
 vec3 within()
 {
     vec3 rho = clamp(nx1 * nx2 + ny1 * ny2, -1.0, 1.0), both = c1 * c2;
-    vec3 less = both - rho * (max(c1 + c2 - 1.0, 0.0) - both), more = both + rho * (c1 - both);
+    vec3 less = both - rho * (max(min(c1, 1.0) + min(c2, 1.0) - 1.0, 0.0) - both), more = both + rho * (c1 - both);
     return mix(mix(less, more, greaterThan(rho, vec3(0.0))), c1, greaterThanEqual(t2, vec3(1.0)));
 }

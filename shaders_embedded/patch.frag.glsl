@@ -1,12 +1,14 @@
 out vec4 o_color;
-in vec3 v_irradiance; /* to it comes */
-in vec3 v_flux;       /* over the area on the sensor that a triangle's area on the entrance, mm, shrinks to */
-in vec3 v_entrance;   /* place; the most that areas shrink by: slivers next to caustics that hit a pixel's middle would sparkle */
+/* at a pixel of which a sliver has a sample but not the middle, what lies beyond the sliver is not light: centroids */
+centroid in vec3 v_irradiance; /* to it comes */
+centroid in vec3 v_flux;       /* over the area on the sensor that a triangle's area on the entrance, mm, shrinks to, */
+centroid in float v_most;      /* at most by this: slivers next to caustics that hit a pixel's middle would sparkle */
+in vec2 v_entrance;            /* place */
 
 vec3 lit()
 {
-    vec2 ex = dFdx(v_entrance.xy), ey = dFdy(v_entrance.xy);
-    return v_irradiance + v_flux * min(abs(ex.x * ey.y - ex.y * ey.x) / (u_lens.x * u_lens.x), v_entrance.z);
+    vec2 ex = dFdx(v_entrance), ey = dFdy(v_entrance);
+    return v_irradiance + v_flux * min(abs(ex.x * ey.y - ex.y * ey.x) / (u_lens.x * u_lens.x), v_most);
 }
 
 #ifndef PATCH_RIM

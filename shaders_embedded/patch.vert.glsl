@@ -10,8 +10,9 @@ in uvec4 a_instance; /* ghost, light, patch, band */
 const int KNOT_TEXELS = 2, DIRECTIONS = 9, RINGS = 5, BANDS = 3, HEADS_ROW = 1024, MESH_ROW = 2048;
 const float PIXEL_VARIANCE = 0.715 * 0.715 / 5.0;
 
-out vec3 v_irradiance, v_flux; /* see patch.frag.glsl */
-out vec3 v_entrance;
+centroid out vec3 v_irradiance, v_flux; /* see patch.frag.glsl */
+centroid out float v_most;
+out vec2 v_entrance;
 #ifdef PATCH_RIM
 out vec4 v_iris01, v_iris2;
 out vec3 v_rim;
@@ -71,7 +72,8 @@ void main()
     int place = int(u_lights[light + 3].x);
     gl_Position = vec4(2.0, 2.0, 0.0, 1.0);
     v_irradiance = v_flux = vec3(0.0);
-    v_entrance = vec3(0.0);
+    v_entrance = vec2(0.0);
+    v_most = 0.0;
 #ifdef PATCH_RIM
     v_iris01 = v_iris2 = vec4(1.0);
     v_rim = vec3(1.0);
@@ -167,7 +169,8 @@ void main()
     vec4 centre = smooth_texel(KNOT_TEXELS);
     vec2 in_at = vec2(t0.z - centre.z, side * t0.w);
     vec2 local = vec2(centre.x + scale * (t0.x - centre.x), scale * side * t0.y) + grown * in_at;
-    v_entrance = vec3(in_at.x * axis.x - in_at.y * axis.y, in_at.x * axis.y + in_at.y * axis.x, 8.0 / (spread_of_shrink * scale * scale));
+    v_entrance = vec2(in_at.x * axis.x - in_at.y * axis.y, in_at.x * axis.y + in_at.y * axis.x);
+    v_most = 8.0 / (spread_of_shrink * scale * scale);
 #ifdef PATCH_RIM
     mat2 to_sensor = mat2(axis.x, axis.y, -axis.y * side, axis.x * side);
     if (split_mesh) {
