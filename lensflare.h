@@ -162,6 +162,13 @@
    Irradiance is W times entrance area over sensor area: at a vertex, or, where a map turns over (caustics) and where a ghost is of
    few pixels, of the triangle that is drawn, so that its power stays whatever its shape.
 
+   Diffraction (H 3.3, P 9). The light's own image is the iris's power spectrum, folded over the spectrum: kept as means over
+   logarithms of the distance and what angles have over them, in units of wavelength times f-number, so that no f-number makes it
+   anew, spikes go on as far as a frame reaches, and a lamp's size is a level of blur. Its energy is that of the light through the
+   pupil. Edges of ghosts carry the fringes of a straight edge, of length sqrt(lambda |M11 c| / 2) where the edge's image moves by c a
+   radian, washed out by lamp and pixel; below Fresnel number 100 they fade, and masks have none inside. Masks (dust, scratches,
+   gratings, images) serve starburst and ghosts alike.
+
    THE TABLES, BY LIFETIME (all float; every row is a whole number of RGBA32F texels, so a GPU reads it with texelFetch)
 
        lens      head      ghost:  3 x (Ma11 Ma12 M11 M12), one per wavelength; (first second rims 0)       64 bytes
@@ -174,14 +181,15 @@
        settings  mesh_head ghost: (first texel, directions, rings, diffraction)(hidden angle, bits, meshes, texels a knot)
        settings  mesh      ghost: 12 or 23 angles x 2 texels of the whole, then 5 a vertex, or 3 channels x 3    80 KB to 1.9 MB
        settings  blades    (normal x y, distance, arc radius) per blade
+       settings  mask      what stands in the iris besides: 512 x 512 bytes and its halves                    350 KB
+       settings  starburst 168 distances x 1536 columns of angles, 15 x 193 of discs; halves on a GPU         4.2 MB
+       lens      ringing   an edge's fringes: 16 blurs x 256 places across it                                16 KB
        frame     lights    64 bytes each
        instance            ghost, light, patch, band: four 16-bit numbers                                    8 bytes
 
    What comes next fits without moving these walls. Traced rays: `index`, the lens's radii and gaps in a uniform block of
    128 x 16 bytes, `film` as it is. More than three wavelengths: `band` counts triples of wavelengths and rows repeat per
-   band. Ringing: fringe lengths follow from head and rims (P 9) and replace the edge profile, whose one function is
-   lflare_edge_coverage. Masks: `blades` count 0 and an image over the iris's circumscribed circle. Overrides: `style`. Occlusion strip: one texel a light multiplied into its irradiance.
-   Starburst: drawn at lights[i].image, an image of settings lifetime.
+   band.
 
    LIMITS
 
@@ -970,8 +978,8 @@ typedef struct lflare_gl_desc {
    left, *error (may be NULL) names the missing function or version. */
 LFLARE_API lflare_result lflare_gl_create(const lflare_gl_desc *desc, lflare_gl **out, lflare_error *error);
 
-/* Adds the frame's ghosts to the bound framebuffer and viewport: two instanced draws, insides and rims, whatever the number of
-   lights. Uploads tables that changed since the last draw (allocating then), else 8 bytes an instance and 64 a light. Never
+/* Adds the frame's flare to the bound framebuffer and viewport: three instanced draws, starbursts with streaks, ghosts' insides and
+   rims, whatever the number of lights. A starburst adds at most 30,000 a channel, since half floats end at 65,504. Uploads tables that changed since the last draw (allocating then), else 8 bytes an instance and 64 a light. Never
    reads back, never waits. The target has one colour buffer and is linear (or encodes on write). Half float is best. Where
    float targets cannot be blended 8 bits a channel remain (better sRGB-encoding than linear: a ghost fainter than half a step
    adds nothing, and rounding adds up over ghosts), or lflare_render into a texture. Edges of caustics are antialiased where
@@ -2745,6 +2753,10 @@ typedef struct lflare__profile {
 static lflare__profile lflare__profile_make(const float *ringing, float soft, float ring)
 {
     lflare__profile p;
+#ifdef LFLARE_NO_DIFFRACTION
+    ring = 0;
+    ringing = NULL;
+#endif
     if (ringing == NULL || !(LFLARE__RING_WASHED * ring > soft && ring < LFLARE__RING_MOST)) ring = 0;
     p.soft = soft;
     p.ring = ring;
@@ -2758,7 +2770,9 @@ static lflare__profile lflare__profile_make(const float *ringing, float soft, fl
    of a straight edge are no longer what is there: they fade, as the table does towards where they are washed out. */
 static float lflare__profile_at(const lflare__profile *p, float d)
 {
-    float plain = lflare_edge_coverage(d / p->soft), blur, u, v, f, g;
+    float plain = lflare_edge_coverage(d / p->soft);
+#ifndef LFLARE_NO_DIFFRACTION
+    float blur, u, v, f, g;
     const float *a;
     int32_t i, j;
     if (!(p->ring > 0)) return plain;
@@ -2771,7 +2785,9 @@ static float lflare__profile_at(const lflare__profile *p, float d)
     g = v - (float)j;
     a = p->ringing + j * LFLARE_RINGING_SAMPLES + i;
     f = (1 - g) * (a[0] + f * (a[1] - a[0])) + g * (a[LFLARE_RINGING_SAMPLES] + f * (a[LFLARE_RINGING_SAMPLES + 1] - a[LFLARE_RINGING_SAMPLES]));
-    return plain + lflare__minf(LFLARE__RING_FADE * (LFLARE__RING_MOST - p->ring), 1) * (f - plain);
+    plain += lflare__minf(LFLARE__RING_FADE * (LFLARE__RING_MOST - p->ring), 1) * (f - plain);
+#endif
+    return plain;
 }
 
 /* The two edges that cut most at a point, with their inward normals. */
@@ -2817,21 +2833,7 @@ static float lflare__both(const lflare__cuts *cuts)
     return rho > 0 ? product + rho * (a - product) : product - rho * (lflare__maxf(lflare__minf(a, 1) + lflare__minf(b, 1) - 1, 0) - product);
 }
 
-/* What the blades, or the circumscribed circle, leave of a point. */
-static float lflare__iris_outline(const lflare_iris *iris, float x, float y, float soft)
-{
-    lflare__cuts cuts = lflare__uncut;
-    lflare__profile p = lflare__profile_make(NULL, sqrtf(soft * soft + iris->softness * iris->softness) + 1e-7f, 0);
-    int32_t i;
-    if (iris->blade_count == 0) lflare__cut_circle(&cuts, x, y, 1, &p, 1);
-    for (i = 0; i < iris->blade_count; i++) {
-        const lflare_blade *b = &iris->blades[i];
-        if (b->arc > 0) lflare__cut_circle(&cuts, x + b->nx * b->distance, y + b->ny * b->distance, b->arc, &p, 1);
-        else lflare__cut(&cuts, &p, b->distance - b->nx * x - b->ny * y, -b->nx, -b->ny);
-    }
-    return lflare__both(&cuts);
-}
-
+#ifndef LFLARE_NO_DIFFRACTION
 /* One level of the mask, between its texels linearly. */
 static float lflare__mask_level(const uint8_t *mask, int32_t level, float x, float y)
 {
@@ -2851,7 +2853,7 @@ static float lflare__mask_level(const uint8_t *mask, int32_t level, float x, flo
 }
 
 /* The level on which the mask is as coarse as edges that fade over +-soft: their density's spread is that of a box 1.55 times as wide. */
-static float lflare__mask_lod(float soft) { return lflare__minf(lflare__maxf(log2f(1.55f * soft * (0.5f * LFLARE_MASK_SIZE)), 0), LFLARE_MASK_LEVELS - 1); }
+static float lflare__mask_lod(float soft) { return lflare__minf(lflare__maxf(log2f(1.55f * soft * (0.5f * (float)LFLARE_MASK_SIZE)), 0), LFLARE_MASK_LEVELS - 1); }
 
 /* What the mask leaves of a point, 1 without one. */
 static float lflare__iris_mask(const lflare_iris *iris, float x, float y, float lod)
@@ -2863,11 +2865,30 @@ static float lflare__iris_mask(const lflare_iris *iris, float x, float y, float 
     return share > 0 ? fine + share * (lflare__mask_level(iris->mask, level + 1, x, y) - fine) : fine;
 }
 
+/* What the blades, or the circumscribed circle, leave of a point. */
+static float lflare__iris_outline(const lflare_iris *iris, float x, float y, float soft)
+{
+    lflare__cuts cuts = lflare__uncut;
+    lflare__profile p = lflare__profile_make(NULL, sqrtf(soft * soft + iris->softness * iris->softness) + 1e-7f, 0);
+    int32_t i;
+    if (iris->blade_count == 0) lflare__cut_circle(&cuts, x, y, 1, &p, 1);
+    for (i = 0; i < iris->blade_count; i++) {
+        const lflare_blade *b = &iris->blades[i];
+        if (b->arc > 0) lflare__cut_circle(&cuts, x + b->nx * b->distance, y + b->ny * b->distance, b->arc, &p, 1);
+        else lflare__cut(&cuts, &p, b->distance - b->nx * x - b->ny * y, -b->nx, -b->ny);
+    }
+    return lflare__both(&cuts);
+}
+
 LFLARE_API float lflare_iris_transmission(const lflare_iris *iris, float x, float y, float soft)
 {
     float open = lflare__iris_outline(iris, x, y, soft);
     return open > 0 ? open * lflare__iris_mask(iris, x, y, lflare__mask_lod(soft)) : 0;
 }
+#else
+static float lflare__mask_lod(float soft) { return soft; }
+static float lflare__iris_mask(const lflare_iris *iris, float x, float y, float lod) { return (void)iris, (void)x, (void)y, (void)lod, 1.0f; }
+#endif
 
 /* Tells two arrays of rows apart by content: addresses and counters come again when objects do. Even numbers of floats. */
 static uint64_t lflare__hash(const float *a, size_t a_count, const float *b, size_t b_count)
@@ -2973,7 +2994,7 @@ static void lflare__mark_make(const lflare_mask_desc *d, int32_t i, lflare__mark
 /* What a mark leaves of a row. */
 static void lflare__mark_row(const lflare__mark *m, float y, float *row)
 {
-    const float texel = 2.0f / LFLARE_MASK_SIZE;
+    const float texel = 2.0f / (float)LFLARE_MASK_SIZE;
     float ay = y - m->y, reach = m->radius + texel, span = m->half * fabsf(m->dx) + reach;
     int32_t i, end;
     if (fabsf(ay) > m->half * fabsf(m->dy) + reach) return;
@@ -2989,7 +3010,7 @@ static void lflare__mark_row(const lflare__mark *m, float y, float *row)
 
 LFLARE_API void lflare_mask_rows(const lflare_mask_desc *d, uint8_t *out, int32_t begin, int32_t end)
 {
-    const double texel = 2.0 / LFLARE_MASK_SIZE;
+    const double texel = 2.0 / (double)LFLARE_MASK_SIZE;
     float row[LFLARE_MASK_SIZE];
     lflare__mark mark;
     int32_t i, j;
@@ -3013,7 +3034,7 @@ LFLARE_API void lflare_mask_rows(const lflare_mask_desc *d, uint8_t *out, int32_
 
 LFLARE_API lflare_result lflare_iris_set_mask(lflare_iris *iris, uint8_t *mask)
 {
-    const float texel = 2.0f / LFLARE_MASK_SIZE;
+    const float texel = 2.0f / (float)LFLARE_MASK_SIZE;
     double open = 0, all = 0;
     int32_t i, j, size;
     uint8_t *fine = mask, *coarse;
@@ -3228,8 +3249,8 @@ enum {
     LFLARE__BURST_CORE_POLAR, LFLARE__BURST_FOLD, LFLARE__BURST_RADIAL, LFLARE__BURST_DONE
 };
 
-static double lflare__row_distance(double row) { return lflare__starburst_first * exp2(row / LFLARE_STARBURST_OCTAVE); }
-static int32_t lflare__row_at(double distance) { return (int32_t)floor(LFLARE_STARBURST_OCTAVE * log2(distance / lflare__starburst_first)); }
+static double lflare__row_distance(double row) { return lflare__starburst_first * exp2(row / (double)LFLARE_STARBURST_OCTAVE); }
+static int32_t lflare__row_at(double distance) { return (int32_t)floor((double)LFLARE_STARBURST_OCTAVE * log2(distance / lflare__starburst_first)); }
 
 static int32_t lflare__level_bins(int32_t level) { return level == 0 ? LFLARE_STARBURST_BINS : 2 * LFLARE_STARBURST_BINS >> level; }
 
@@ -3314,7 +3335,7 @@ LFLARE_API lflare_result lflare_starburst_begin(const lflare_iris *iris, int32_t
     memset(job->core, 0, sizeof(float) * (across * across / (LFLARE__CORE_SHRINK * LFLARE__CORE_SHRINK)));
     lflare__roots(job->spectrum, size);
     for (i = 0; i < LFLARE__CIE_COUNT; i++) {
-        double ratio = (380 + 5.0 * i) / lflare__starburst_nm, shift = 9 - LFLARE_STARBURST_OCTAVE * log2(ratio);
+        double ratio = (380 + 5.0 * i) / lflare__starburst_nm, shift = 9 - (double)LFLARE_STARBURST_OCTAVE * log2(ratio);
         int32_t whole = (int32_t)floor(shift);
         for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
             double weight = lflare__channel_weight(k, i) / (ratio * ratio);
@@ -3356,18 +3377,18 @@ static void lflare__burst_polar(lflare_starburst_job *job, int32_t row, int core
     lflare__transform t = lflare__burst_transform(job, core);
     double texels = job->across - LFLARE__MARGIN, step = texels / ((core ? LFLARE__CORE_SHRINK : 1) * t.n); /* distance from sample to sample */
     double low = lflare__row_distance(row - 0.5), high = lflare__row_distance(row + 0.5);
-    int32_t rings = (int32_t)ceil((high - low) / step), turns = (int32_t)ceil(high * LFLARE__PI / LFLARE_STARBURST_BINS / step), bin, i, j;
+    int32_t rings = (int32_t)ceil((high - low) / step), turns = (int32_t)ceil(high * LFLARE__PI / (double)LFLARE_STARBURST_BINS / step), bin, i, j;
     float *out = job->raw + (size_t)row * LFLARE_STARBURST_BINS, gains[64];
     LFLARE_ASSERT(rings <= 64);
     for (i = 0; i < rings; i++) {
-        double q = low + (high - low) * (i + 0.5) / rings, response = lflare__burst_response(q / texels), shrunk = LFLARE__PI * q * LFLARE__CORE_SHRINK / texels;
+        double q = low + (high - low) * (i + 0.5) / rings, response = lflare__burst_response(q / texels), shrunk = LFLARE__PI * q * (double)LFLARE__CORE_SHRINK / texels;
         if (core) response *= sin(shrunk) / shrunk;
         gains[i] = (float)(1 / (response * response * job->energy * texels * texels * rings * turns));
     }
     for (bin = 0; bin < LFLARE_STARBURST_BINS; bin++) {
         float sum = 0;
         for (j = 0; j < turns; j++) {
-            double angle = (bin + (j + 0.5) / turns) * LFLARE__PI / LFLARE_STARBURST_BINS;
+            double angle = (bin + (j + 0.5) / turns) * LFLARE__PI / (double)LFLARE_STARBURST_BINS;
             float c = (float)(cos(angle) / step), s = (float)(sin(angle) / step);
             for (i = 0; i < rings; i++) {
                 float q = (float)(low + (high - low) * (i + 0.5) / rings);
@@ -3385,7 +3406,7 @@ static void lflare__burst_extend(lflare_starburst_job *job)
     int32_t last = lflare__row_at(lflare__burst_reach(job)), first = last - LFLARE_STARBURST_OCTAVE + 1, row, bin;
     for (bin = 0; bin < LFLARE_STARBURST_BINS; bin++) {
         double mean = 0;
-        for (row = first; row <= last; row++) mean += (double)job->raw[(size_t)row * LFLARE_STARBURST_BINS + (size_t)bin] * pow(lflare__row_distance(row), 3) / LFLARE_STARBURST_OCTAVE;
+        for (row = first; row <= last; row++) mean += (double)job->raw[(size_t)row * LFLARE_STARBURST_BINS + (size_t)bin] * pow(lflare__row_distance(row), 3) / (double)LFLARE_STARBURST_OCTAVE;
         for (row = last + 1; row < LFLARE_STARBURST_ROWS + 16; row++) job->raw[(size_t)row * LFLARE_STARBURST_BINS + (size_t)bin] = (float)(mean * pow(lflare__row_distance(row), -3));
     }
 }
@@ -3425,7 +3446,7 @@ static void lflare__burst_fold(lflare_starburst_job *job, int32_t row)
             const float *raw = job->raw + (size_t)(row + j > 9 ? row + j - 9 : 0) * LFLARE_STARBURST_BINS;
             for (i = 0; i < LFLARE_STARBURST_BINS && job->kernel[k][j] != 0; i++) job->row[i] += job->kernel[k][j] * raw[i];
         }
-        for (i = 0; i < LFLARE_STARBURST_BINS; i++) mean += (double)job->row[i] / LFLARE_STARBURST_BINS;
+        for (i = 0; i < LFLARE_STARBURST_BINS; i++) mean += (double)job->row[i] / (double)LFLARE_STARBURST_BINS;
         for (i = 0; i < LFLARE_STARBURST_BINS; i++) {
             float share = mean > 0 ? (float)((double)job->row[i] / mean) : 1;
             bins[4 * i + k] = share;
@@ -3443,7 +3464,7 @@ static float *lflare__burst_mean(const lflare_starburst *s, int32_t row) { retur
 /* Flux 1 in each channel, what lies beyond the table included. */
 static void lflare__burst_normalise(lflare_starburst_job *job)
 {
-    double last = lflare__row_distance(LFLARE_STARBURST_ROWS - 1), end = lflare__row_distance(LFLARE_STARBURST_ROWS - 0.5);
+    double last = lflare__row_distance(LFLARE_STARBURST_ROWS - 1), end = lflare__row_distance((double)LFLARE_STARBURST_ROWS - 0.5);
     int32_t row, k, i;
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
         double tail = (double)lflare__burst_mean(job->out, LFLARE_STARBURST_ROWS - 1)[k] * pow(last / (1 + last), 3);
@@ -3457,14 +3478,14 @@ static void lflare__burst_normalise(lflare_starburst_job *job)
 /* A quarter of the samples of one disc: the flux in it, over rings about the light's image of which it cuts out arcs. */
 static void lflare__burst_radial(lflare_starburst_job *job, int32_t slice)
 {
-    enum { QUARTER = (LFLARE_STARBURST_SAMPLES + 3) / 4, BEYOND = 70, PARTS = 8 };
+    enum { QUARTER = (LFLARE_STARBURST_SAMPLES + 3) / 4, ROWS = LFLARE_STARBURST_ROWS + 70, PARTS = 8 };
     const lflare_starburst *s = job->out;
     int32_t size = slice / 4, i, row, k, part, end = (slice % 4 + 1) * QUARTER < LFLARE_STARBURST_SAMPLES ? (slice % 4 + 1) * QUARTER : LFLARE_STARBURST_SAMPLES;
     double radius = ldexp(1, size - 3);
     for (i = slice % 4 * QUARTER; i < end; i++) {
         float *out = s->radial + 4 * ((size_t)size * LFLARE_STARBURST_SAMPLES + (size_t)i);
         double distance = radius * i / 32, sum[LFLARE_WAVELENGTHS] = {0, 0, 0};
-        for (row = 0; row < LFLARE_STARBURST_ROWS + BEYOND; row++) {
+        for (row = 0; row < ROWS; row++) {
             double low = row > 0 ? lflare__row_distance(row - 0.5) : 0, high = lflare__row_distance(row + 0.5), share = 0, q;
             if (low > distance + radius) break;
             if (high < distance - radius) continue;
@@ -3548,13 +3569,13 @@ static void lflare__burst_angle(const lflare_starburst *s, float row, float turn
 
 LFLARE_API void lflare_starburst_at(const lflare_starburst *s, float x, float y, float blur, float *rgb)
 {
-    const float bin = 3.14159265f / LFLARE_STARBURST_BINS;
+    const float bin = 3.14159265f / (float)LFLARE_STARBURST_BINS;
     float distance, relative, row, turn, level, size, below[LFLARE_WAVELENGTHS], above[LFLARE_WAVELENGTHS], fade, far;
     int32_t l, j, i, k;
     blur = lflare__maxf(blur, 0.125f);
     distance = lflare__maxf(sqrtf(x * x + y * y), 1e-3f);
     relative = distance / blur;
-    row = lflare__minf(lflare__maxf(LFLARE_STARBURST_OCTAVE * log2f(16 * distance), 0), LFLARE_STARBURST_ROWS - 1);
+    row = lflare__minf(lflare__maxf((float)LFLARE_STARBURST_OCTAVE * log2f(16 * distance), 0), LFLARE_STARBURST_ROWS - 1);
     turn = atan2f(y, x) / 3.14159265f; /* half turns */
     turn -= floorf(turn);
     level = lflare__maxf(1 + log2f(0.382f / (relative * bin)), 0); /* which blurs as much as the disc does, seen from the image */
@@ -3562,7 +3583,7 @@ LFLARE_API void lflare_starburst_at(const lflare_starburst *s, float x, float y,
     lflare__burst_angle(s, row, turn, l, below);
     lflare__burst_angle(s, row, turn, l + 1, above);
     fade = lflare__minf(lflare__maxf(0.5f * (level - (LFLARE_STARBURST_LEVELS - 1)), 0), 1);
-    level = lflare__minf(level - (float)l, 1);
+    level = (exp2f(2 * lflare__minf(level - (float)l, 1)) - 1) / 3; /* the mixture then has the spread that is asked for */
     size = lflare__minf(log2f(8 * blur), LFLARE_STARBURST_SIZES - 1);
     far = lflare__minf(lflare__maxf(relative - (LFLARE_STARBURST_SAMPLES - 1) / 32.0f + 1, 0), 1);
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
@@ -3617,12 +3638,12 @@ static void lflare__knife_edge(float *out)
     for (i = 0; i <= REACH; i++) {
         sharp[REACH + i] = (float)(0.5 * ((c + 0.5) * (c + 0.5) + (s + 0.5) * (s + 0.5)));
         sharp[REACH - i] = (float)(0.5 * ((c - 0.5) * (c - 0.5) + (s - 0.5) * (s - 0.5)));
-        lflare__fresnel(&c, &s, (double)i / LFLARE__KNIFE_STEP, 1.0 / LFLARE__KNIFE_STEP);
+        lflare__fresnel(&c, &s, (double)i / (double)LFLARE__KNIFE_STEP, 1.0 / (double)LFLARE__KNIFE_STEP);
     }
     for (i = -LFLARE__KNIFE_REACH; i <= LFLARE__KNIFE_REACH; i++) {
         double sum = 0, weights = 0;
         for (k = -BAND; k <= BAND; k++) {
-            double x = 2.5 * k / BAND, weight = exp(-0.5 * x * x), at = REACH + i / sqrt(1 + 0.05 * x), f = at - floor(at);
+            double x = 2.5 * k / (double)BAND, weight = exp(-0.5 * x * x), at = (double)REACH + i / sqrt(1 + 0.05 * x), f = at - floor(at);
             sum += weight * ((1 - f) * (double)sharp[(int32_t)at] + f * (double)sharp[(int32_t)at + 1]);
             weights += weight;
         }
@@ -3633,10 +3654,10 @@ static void lflare__knife_edge(float *out)
 /* The knife edge at w lengths inside, blurred by the density of lflare_edge_coverage. */
 static double lflare__knife_blurred(const float *knife, double w, double blur)
 {
-    double sum = 0, weights = 0, half = blur * LFLARE__KNIFE_STEP + 1;
+    double sum = 0, weights = 0, half = blur * (double)LFLARE__KNIFE_STEP + 1;
     int32_t k;
     for (k = -(int32_t)half; k <= (int32_t)half; k++) {
-        double x = k / half, weight = lflare__max(1 - x * x, 0), at = lflare__clamp(w * LFLARE__KNIFE_STEP + k + LFLARE__KNIFE_REACH, 0, 2 * LFLARE__KNIFE_REACH - 1), f = at - floor(at);
+        double x = k / half, weight = lflare__max(1 - x * x, 0), at = lflare__clamp(w * (double)LFLARE__KNIFE_STEP + k + (double)LFLARE__KNIFE_REACH, 0, 2 * LFLARE__KNIFE_REACH - 1), f = at - floor(at);
         sum += weight * ((1 - f) * (double)knife[(int32_t)at] + f * (double)knife[(int32_t)at + 1]);
         weights += weight;
     }
@@ -5959,11 +5980,10 @@ LFLARE_API lflare_result lflare_tables_configure_begin(const lflare_lens *lens, 
         return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "the polynomial model needs a fit: see lflare_aberration_fit");
     if (lflare_iris_make(lens, s->fnumber, s->blades, (double)s->blade_rotation, (double)s->blade_curvature, &t->iris, &fnumber) != LFLARE_OK)
         return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "the iris has 0 or 3 to 16 blades, a finite rotation, a curvature from 0 to 1");
-    if (!(s->iris_softness >= 0 && s->iris_softness <= 0.5f) || !(s->starburst_scale >= 0 && s->starburst_scale <= 1000) || !(fabsf(s->starburst_ev) <= 60))
-        return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "iris_softness is 0 to 0.5, starburst_scale 0 to 1000, starburst_ev -60 to 60");
-    if (!(s->streak.share >= 0 && s->streak.share <= 1) || !(s->streak.length >= 0 && s->streak.length <= 100) || !(s->streak.thickness >= 0 && s->streak.thickness <= 100) ||
+    if (!(s->iris_softness >= 0 && s->iris_softness <= 0.5f) || !(s->starburst_scale >= 0 && s->starburst_scale <= 1000) || !(fabsf(s->starburst_ev) <= 60) ||
+        !(s->streak.share >= 0 && s->streak.share <= 1) || !(s->streak.length >= 0 && s->streak.length <= 100) || !(s->streak.thickness >= 0 && s->streak.thickness <= 100) ||
         !lflare__finite3(s->streak.tint))
-        return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "streak: share is 0 to 1, length and thickness 0 to 100, tint finite");
+        return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "iris_softness is 0 to 0.5, starburst_scale 0 to 1000, starburst_ev -60 to 60; of a streak share 0 to 1, length and thickness 0 to 100, tint finite");
     t->iris.softness = s->iris_softness;
     t->fringes = t->ringing != NULL && !s->no_ringing;
     t->starburst = NULL;
@@ -6273,12 +6293,14 @@ static float lflare__edge_fade(const lflare_frame_data *f, float width, const fl
    then vanishes at the pixel grid's frequency) and a lamp's disc of radius b, of variance b^2 / 4. */
 #define LFLARE__PIXEL_VARIANCE (0.715f * 0.715f / 5)
 
+#ifndef LFLARE_NO_DIFFRACTION
 /* Radius of the disc that stands for lamp and pixel on the sensor, mm: a pixel's is that of a disc of its area. */
 static float lflare__image_blur(const lflare_tables *t, const lflare_frame_light *l, float pixel)
 {
     float lamp = t->efl * l->angular_radius;
     return sqrtf(lamp * lamp + 0.318f * pixel * pixel);
 }
+#endif
 
 /* Half of it, of a profile (1 - u^2)^2, whose variance is a seventh of its half width squared. */
 static float lflare__streak_thickness(const lflare_tables *t, const lflare_frame_light *l, float pixel)
@@ -6293,6 +6315,7 @@ static float lflare__streak_thickness(const lflare_tables *t, const lflare_frame
 static void lflare__frame_image(const lflare_tables *t, const lflare_frame_data *f, lflare_frame_light *l)
 {
     float x = fabsf(l->image[0] - f->centre[0]) - f->half_width, y = fabsf(l->image[1] - f->centre[1]) - f->half_height;
+#ifndef LFLARE_NO_DIFFRACTION
     if (t->starburst != NULL && !(l->flags & LFLARE_LIGHT_NO_STARBURST)) {
         float strongest = 0, unit = t->starburst_unit, far = 4 * (f->half_width + f->half_height) + lflare__maxf(x, 0) + lflare__maxf(y, 0);
         int32_t k;
@@ -6301,6 +6324,7 @@ static void lflare__frame_image(const lflare_tables *t, const lflare_frame_data 
             far = lflare__minf(far, unit * cbrtf(strongest * t->starburst->peak / (LFLARE__STARBURST_LEAST * t->mean_irradiance)) + 4 * lflare__image_blur(t, l, f->pixel));
         l->starburst = x < far && y < far ? far : 0;
     }
+#endif
     if (t->streak_half[0] > 0 && !(l->flags & LFLARE_LIGHT_NO_STREAK) && x < t->streak_half[0] && y < lflare__streak_thickness(t, l, f->pixel)) l->streak = t->streak_half[0];
 }
 
@@ -6420,15 +6444,18 @@ static lflare_edge lflare__edge_make(const lflare_tables *t, const float *rim, f
 {
     float a = rim[4] / h, c = head[7] * a - head[6] * rim[5] / h, grid = pixel * a / d->drawn[1], lamp = c * d->scale / d->drawn[1] * l->angular_radius; /* |c| alpha, seen in the rim's plane */
     float soft = sqrtf(5 * (LFLARE__PIXEL_VARIANCE * grid * grid + 0.25f * lamp * lamp));
-    float ring = t->fringes ? sqrtf(0.5e-6f * t->wavelengths[1] * fabsf(a * c) / lflare__maxf(fabsf(head[6]), 1e-12f)) : 0; /* P 9 */
+    float ring = 0;
     lflare_edge e;
     int32_t k;
+#ifndef LFLARE_NO_DIFFRACTION
+    if (t->fringes) ring = sqrtf(0.5e-6f * t->wavelengths[1] * fabsf(a * c) / lflare__maxf(fabsf(head[6]), 1e-12f)); /* P 9 */
+#endif
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
         e.gain[k] = rim[4 * k] / h / d->drawn[k];
         e.offset[k] = rim[4 * k] / h * s->centroid + rim[4 * k + 1] / h * l->slope_length;
         e.soft[k] = soft * fabsf(d->drawn[1] / d->drawn[k]);
         e.soft[k] = sqrtf(e.soft[k] * e.soft[k] + softness * softness) + 1e-7f;
-        e.ring[k] = ring * sqrtf(t->wavelengths[k] / t->wavelengths[1]);
+        e.ring[k] = ring > 0 ? ring * sqrtf(t->wavelengths[k] / t->wavelengths[1]) : 0;
     }
     return e;
 }
@@ -7510,8 +7537,8 @@ enum {
     LFLARE__GL_PATCH = LFLARE__GL_PATCH_ROW * (LFLARE_PATCH_RINGS - 1)
 };
 
-enum { LFLARE__GL_RIM, LFLARE__GL_FILL, LFLARE__GL_STRIP, LFLARE__GL_ADD, LFLARE__GL_PATCHES, LFLARE__GL_PATCH_RIMS, LFLARE__GL_PATCHES_MASKED, LFLARE__GL_STARBURST,
-       LFLARE__GL_PROGRAMS };
+enum { LFLARE__GL_RIM, LFLARE__GL_RIM_FRINGES, LFLARE__GL_FILL, LFLARE__GL_STRIP, LFLARE__GL_ADD, LFLARE__GL_PATCHES, LFLARE__GL_PATCH_RIMS,
+       LFLARE__GL_PATCH_FRINGES, LFLARE__GL_PATCHES_MASKED, LFLARE__GL_STARBURST, LFLARE__GL_PROGRAMS };
 enum { LFLARE__GL_LENS, LFLARE__GL_SETTINGS, LFLARE__GL_STRIP_A, LFLARE__GL_STRIP_B, LFLARE__GL_HALF, LFLARE__GL_MESH, LFLARE__GL_MESH_HEADS, LFLARE__GL_ANGULAR, LFLARE__GL_RADIAL, LFLARE__GL_MASK, LFLARE__GL_RINGING, LFLARE__GL_TEXTURES };
 enum { LFLARE__GL_TO_STRIP_A, LFLARE__GL_TO_STRIP_B, LFLARE__GL_TO_HALF, LFLARE__GL_FRAMEBUFFERS };
 
@@ -7630,12 +7657,16 @@ static const char *const lflare__glsl_cuts[] = {
     "vec3 profile_at(Profile p, vec3 d)\n"
     "{\n"
     "vec3 t = clamp(d / p.soft, -1.0, 1.0), plain = 0.5 + t * (0.75 - 0.25 * t * t);\n"
+    "#ifdef FRINGES\n"
     "if (p.ring == vec3(0.0)) return plain;\n"
     "vec3 blur = p.soft / max(p.ring, vec3(1e-20)), u = clamp((d + p.outer) / (p.inner + p.outer), 0.0, 1.0), v = min(blur / (blur + 2.0) * 1.25, 1.0);\n"
     "u = (u * 255.0 + 0.5) / 256.0;\n"
     "v = (v * 15.0 + 0.5) / 16.0;\n"
     "vec3 fringes = vec3(texture(u_ringing, vec2(u.x, v.x)).r, texture(u_ringing, vec2(u.y, v.y)).r, texture(u_ringing, vec2(u.z, v.z)).r);\n"
     "return plain + min(7.0 * (0.2143 - p.ring), 1.0) * step(vec3(1e-20), p.ring) * (fringes - plain);\n"
+    "#else\n"
+    "return plain;\n"
+    "#endif\n"
     "}\n"
     "void cut(Profile p, vec3 d, vec3 nx, vec3 ny)\n"
     "{\n"
@@ -7721,10 +7752,14 @@ static const char *const lflare__glsl_ghost_frag[] = {
     "else cut(p, b.z - b.x * ax - b.y * ay, -side * b.x, -side * b.y);\n"
     "}\n"
     "}\n"
+    "#ifdef FRINGES\n"
     "if (u_strip.z == 0.0) return within();\n"
     "vec4 g = v_data[0], o = v_data[5];\n"
     "vec3 ax = g.xyz * dx + o.xyz * axis.x, ay = g.xyz * dy + o.xyz * axis.y;\n"
     "return within() * mask(ax, ay, profile_of(g.w * ratio, vec3(o.w), u_strip.w).soft);\n"
+    "#else\n"
+    "return within();\n"
+    "#endif\n"
     "}\n"
     "void main()\n"
     "{\n"
@@ -8010,7 +8045,9 @@ static const char *const lflare__glsl_patch_frag[] = {
     "}\n"
     "cut_slope(v_rim - 1.0 - v_bulge.y * turn * (1.0 - turn), rim_x - bend * dFdx(v_bulge.x), rim_y - bend * dFdy(v_bulge.x), v_iris2.z, v_bulge.w, 0.0);\n"
     "vec3 open = within();\n"
+    "#ifdef FRINGES\n"
     "if (u_strip.z > 0.0) open *= mask(hx, hy, v_iris2.w * min(sqrt(0.5 * (xx * xx + xy * xy + yx * yx + yy * yy)), 0.6));\n"
+    "#endif\n"
     "o_color = vec4(lit() * open, 0.0);\n"
     "}\n"
     "#endif\n"
@@ -8220,7 +8257,7 @@ static const char *const lflare__glsl_starburst_frag[] = {
     "turn -= floor(turn);\n"
     "float level = max(1.0 + log2(0.382 * float(BINS) / (PI * relative)), 0.0);\n"
     "int l = int(min(level, float(LEVELS - 2)));\n"
-    "vec3 angle = mix(angle_at(row, turn, l), angle_at(row, turn, l + 1), min(level - float(l), 1.0));\n"
+    "vec3 angle = mix(angle_at(row, turn, l), angle_at(row, turn, l + 1), (exp2(2.0 * min(level - float(l), 1.0)) - 1.0) / 3.0);\n"
     "angle = mix(angle, vec3(1.0), clamp(0.5 * (level - float(LEVELS - 1)), 0.0, 1.0));\n"
     "vec3 mean = texture(u_angular, vec2(float(COLUMNS - 1) / float(COLUMNS), (row + 0.5) / float(ROWS))).rgb / ((1.0 + q) * (1.0 + q) * (1.0 + q));\n"
     "if (row >= float(ROWS - 1)) mean = u_burst[1].rgb / (q * q * q);\n"
@@ -8380,13 +8417,15 @@ typedef struct lflare__gl_source {
 } lflare__gl_source;
 
 static const lflare__gl_source lflare__gl_sources[LFLARE__GL_PROGRAMS] = {
-    {"#define RIM\n", lflare__glsl_frame, lflare__glsl_ghost_vert, lflare__glsl_cuts, lflare__glsl_ghost_frag, "lflare_frame", {"u_lens_table", "u_settings_table", "u_visibility", "u_mask", "u_ringing"}},
+    {"#define RIM\n", lflare__glsl_frame, lflare__glsl_ghost_vert, lflare__glsl_cuts, lflare__glsl_ghost_frag, "lflare_frame", {"u_lens_table", "u_settings_table", "u_visibility", NULL, NULL}},
+    {"#define RIM\n#define FRINGES\n", lflare__glsl_frame, lflare__glsl_ghost_vert, lflare__glsl_cuts, lflare__glsl_ghost_frag, "lflare_frame", {"u_lens_table", "u_settings_table", "u_visibility", "u_mask", "u_ringing"}},
     {"#define INSIDE\n", lflare__glsl_frame, lflare__glsl_ghost_vert, lflare__glsl_cuts, lflare__glsl_ghost_frag, "lflare_frame", {"u_lens_table", "u_settings_table", "u_visibility", NULL, NULL}},
     {"", NULL, lflare__glsl_screen_vert, NULL, lflare__glsl_strip_frag, "lflare_strip", {"u_depth", "u_before", NULL, NULL, NULL}},
     {"", NULL, lflare__glsl_screen_vert, NULL, lflare__glsl_add_frag, NULL, {"u_half_picture", NULL, NULL, NULL, NULL}},
     {"#define PATCH\n", lflare__glsl_frame, lflare__glsl_patch_vert, NULL, lflare__glsl_patch_frag, "lflare_frame", {"u_mesh_table", "u_mesh_heads", "u_visibility", NULL, NULL}},
-    {"#define PATCH_RIM\n#define PATCH_STRIP\n", lflare__glsl_frame, lflare__glsl_patch_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_mesh_table", "u_mesh_heads", "u_visibility", "u_mask", "u_ringing"}},
-    {"#define PATCH_RIM\n", lflare__glsl_frame, lflare__glsl_patch_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_mesh_table", "u_mesh_heads", "u_visibility", "u_mask", "u_ringing"}},
+    {"#define PATCH_RIM\n#define PATCH_STRIP\n", lflare__glsl_frame, lflare__glsl_patch_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_mesh_table", "u_mesh_heads", "u_visibility", NULL, NULL}},
+    {"#define PATCH_RIM\n#define PATCH_STRIP\n#define FRINGES\n", lflare__glsl_frame, lflare__glsl_patch_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_mesh_table", "u_mesh_heads", "u_visibility", "u_mask", "u_ringing"}},
+    {"#define PATCH_RIM\n#define FRINGES\n", lflare__glsl_frame, lflare__glsl_patch_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_mesh_table", "u_mesh_heads", "u_visibility", "u_mask", "u_ringing"}},
     {"", lflare__glsl_frame, lflare__glsl_starburst_vert, NULL, lflare__glsl_starburst_frag, "lflare_frame", {"u_angular", "u_radial", "u_visibility", NULL, NULL}}};
 
 static lflare_result lflare__gl_shader(lflare_gl *o, lflare__glenum kind, const lflare__gl_source *source, const lflare_gl_desc *desc, lflare_error *error,
@@ -8844,7 +8883,7 @@ static void lflare__gl_flare(lflare_gl *o, const lflare_tables *t, const lflare_
     gl->UseProgram(o->programs[!meshes ? LFLARE__GL_FILL : t->iris.mask != NULL ? LFLARE__GL_PATCHES_MASKED : LFLARE__GL_PATCHES]);
     if (meshes) gl->DrawElementsInstanced(0x0004, LFLARE__GL_PATCH, 0x1403, NULL, f->instance_count);
     else gl->DrawArraysInstanced(0x0006, 0, LFLARE__GL_INSIDE, f->instance_count); /* fans */
-    gl->UseProgram(o->programs[meshes ? LFLARE__GL_PATCH_RIMS : LFLARE__GL_RIM]);
+    gl->UseProgram(o->programs[(meshes ? LFLARE__GL_PATCH_RIMS : LFLARE__GL_RIM) + (t->fringes || t->iris.mask != NULL)]); /* with FRINGES */
     if (meshes) gl->DrawElementsInstanced(0x0004, LFLARE__GL_PATCH_ROW * (LFLARE_PATCH_BANDS - 1), 0x1403, NULL, f->instance_count);
     else gl->DrawArraysInstanced(0x0005, 0, LFLARE__GL_RING, f->instance_count);   /* strips */
 }

@@ -110,6 +110,8 @@ int main(int argc, char **argv)
     desc.settings.fnumber = 5.6;
     desc.settings.blades = 6;
     desc.settings.blade_curvature = 0.3f;
+    desc.settings.no_ringing = 1;   /* for fringes and masks: lflare_footprint_coverage in place of ours */
+    desc.settings.no_starburst = 1; /* for starbursts: lflare_starburst_at, as lflare_software_starbursts does */
     if (lflare_create(&desc, &flare, &error) < 0) {
         fprintf(stderr, "%s:%d:%d: %s\n", path, (int)error.line, (int)error.column, error.text);
         return 2;

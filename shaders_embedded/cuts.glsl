@@ -1,6 +1,7 @@
-/* Share of light where soft edges meet, for three wavelengths at once: see lflare__both. */
+/* Share of light where soft edges meet, for three wavelengths at once: see lflare__both. FRINGES: with them, and with the mask;
+   compiled apart, since some drivers look up textures on branches not taken. */
 uniform highp sampler2D u_ringing; /* see lflare_ringing_make */
-uniform highp sampler2D u_mask;    /* of the iris: see lflare__iris_mask; used where u_strip.z says so */
+uniform highp sampler2D u_mask;    /* of the iris: see lflare__iris_mask; where u_strip.z says so */
 
 /* the two edges that cut most: distance over reach, coverage, inward normals */
 vec3 t1, t2, c1, c2, nx1, ny1, nx2, ny2;
@@ -15,12 +16,16 @@ void uncut()
 vec3 profile_at(Profile p, vec3 d)
 {
     vec3 t = clamp(d / p.soft, -1.0, 1.0), plain = 0.5 + t * (0.75 - 0.25 * t * t);
+#ifdef FRINGES
     if (p.ring == vec3(0.0)) return plain;
     vec3 blur = p.soft / max(p.ring, vec3(1e-20)), u = clamp((d + p.outer) / (p.inner + p.outer), 0.0, 1.0), v = min(blur / (blur + 2.0) * 1.25, 1.0);
     u = (u * 255.0 + 0.5) / 256.0;
     v = (v * 15.0 + 0.5) / 16.0;
     vec3 fringes = vec3(texture(u_ringing, vec2(u.x, v.x)).r, texture(u_ringing, vec2(u.y, v.y)).r, texture(u_ringing, vec2(u.z, v.z)).r);
     return plain + min(7.0 * (0.2143 - p.ring), 1.0) * step(vec3(1e-20), p.ring) * (fringes - plain);
+#else
+    return plain;
+#endif
 }
 
 void cut(Profile p, vec3 d, vec3 nx, vec3 ny)

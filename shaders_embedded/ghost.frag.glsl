@@ -36,10 +36,14 @@ vec3 coverage(vec2 position)
             else cut(p, b.z - b.x * ax - b.y * ay, -side * b.x, -side * b.y);
         }
     }
+#ifdef FRINGES
     if (u_strip.z == 0.0) return within();
     vec4 g = v_data[0], o = v_data[5];
     vec3 ax = g.xyz * dx + o.xyz * axis.x, ay = g.xyz * dy + o.xyz * axis.y;
     return within() * mask(ax, ay, profile_of(g.w * ratio, vec3(o.w), u_strip.w).soft);
+#else
+    return within();
+#endif
 }
 
 void main()

@@ -44,7 +44,9 @@ void main()
     }
     cut_slope(v_rim - 1.0 - v_bulge.y * turn * (1.0 - turn), rim_x - bend * dFdx(v_bulge.x), rim_y - bend * dFdy(v_bulge.x), v_iris2.z, v_bulge.w, 0.0);
     vec3 open = within();
+#ifdef FRINGES
     if (u_strip.z > 0.0) open *= mask(hx, hy, v_iris2.w * min(sqrt(0.5 * (xx * xx + xy * xy + yx * yx + yy * yy)), 0.6));
+#endif
     o_color = vec4(lit() * open, 0.0);
 }
 #endif

@@ -27,7 +27,7 @@ vec3 starburst()
     turn -= floor(turn);
     float level = max(1.0 + log2(0.382 * float(BINS) / (PI * relative)), 0.0);
     int l = int(min(level, float(LEVELS - 2)));
-    vec3 angle = mix(angle_at(row, turn, l), angle_at(row, turn, l + 1), min(level - float(l), 1.0));
+    vec3 angle = mix(angle_at(row, turn, l), angle_at(row, turn, l + 1), (exp2(2.0 * min(level - float(l), 1.0)) - 1.0) / 3.0);
     angle = mix(angle, vec3(1.0), clamp(0.5 * (level - float(LEVELS - 1)), 0.0, 1.0));
     vec3 mean = texture(u_angular, vec2(float(COLUMNS - 1) / float(COLUMNS), (row + 0.5) / float(ROWS))).rgb / ((1.0 + q) * (1.0 + q) * (1.0 + q));
     if (row >= float(ROWS - 1)) mean = u_burst[1].rgb / (q * q * q);

@@ -33,10 +33,12 @@ for version in "330 core" "300 es"; do
         done
     done <<PROGRAMS
 RIM ghost ghost cuts shaders_embedded/frame.glsl
+RIM,FRINGES ghost ghost cuts shaders_embedded/frame.glsl
 INSIDE ghost ghost cuts shaders_embedded/frame.glsl
 PATCH patch patch - shaders_embedded/frame.glsl
-PATCH_RIM patch patch cuts shaders_embedded/frame.glsl
+PATCH_RIM,FRINGES patch patch cuts shaders_embedded/frame.glsl
 PATCH_RIM,PATCH_STRIP patch patch cuts shaders_embedded/frame.glsl
+PATCH_RIM,PATCH_STRIP,FRINGES patch patch cuts shaders_embedded/frame.glsl
 STRIP screen strip - /dev/null
 ADD screen add - /dev/null
 STARBURST starburst starburst - shaders_embedded/frame.glsl

@@ -118,8 +118,21 @@ result $? "render --model reference meets the golden picture: ${db:-no} dB"
 "$flare" render $picture -o "$dir/ref2.pfm" --size 64x36 --angle 10,5 --fnumber 8 --model reference 2>"$dir/err"
 grep -qE '^flare: reference: meshes of 60 and 96 cells a side agree to [5-9][0-9]\.[0-9] dB$' "$dir/err" && [ "$(wc -l <"$dir/err")" = 1 ]
 result $? "render --model reference says how well two meshes agree"
+# ---- starbursts ----
+"$flare" starburst lenses/heliar-tronnier.lens -o "$dir/burst.pfm" --size 64 --blades 5 --dust 20 --grating 12 --seed 3 && [ "$(head -c 12 "$dir/burst.pfm")" = "PF
+64 64
+-1" ]
+result $? "starburst writes a picture of the size asked for"
+"$flare" starburst lenses/heliar-tronnier.lens -o "$dir/burst2.pfm" --size 64 --blades 5 --dust 20 --grating 12 --seed 3 && cmp -s "$dir/burst.pfm" "$dir/burst2.pfm"
+result $? "starburst: the same seed, the same bytes"
+"$flare" render lenses/heliar-tronnier.lens -o "$dir/x.pfm" --size 64x36 --angle 5,2 --mask "$dir/burst.pfm" 2>"$dir/err"
+[ $? = 2 ] && grep -q "share of power" "$dir/err"
+result $? "render --mask says which pixel is no share of power"
+"$flare" render lenses/heliar-tronnier.lens -o "$dir/a.pfm" --size 64x36 --angle 5,2 && "$flare" render lenses/heliar-tronnier.lens -o "$dir/b.pfm" --size 64x36 --angle 5,2 --ghosts-only &&
+    ! cmp -s "$dir/a.pfm" "$dir/b.pfm"
+result $? "render draws the whole flare unless --ghosts-only"
 # near the axis and stopped down both models are one: a ghost's colour and place, the same exposure in a PNG
-small="$picture --size 160x90 --angle 1,0.5 --fnumber 22 --blades 5 --fov 10"
+small="$picture --size 160x90 --angle 1,0.5 --fnumber 22 --blades 5 --fov 10 --ghosts-only"
 "$flare" render $small -o "$dir/par.pfm" && "$flare" render $small -o "$dir/exact.pfm" --model reference --cells 20 2>"$dir/err"
 "$flare" render $small -o "$dir/par.png" && "$flare" render $small -o "$dir/exact.png" --model reference --cells 20 --radius 1 2>"$dir/err"
 grep -q '^flare: --radius has no effect' "$dir/err"
