@@ -447,6 +447,28 @@ static void bench_models(lflare_gl *gl, const char *path)
     free(fit);
 }
 
+/* What fringes and starbursts cost beside ghosts with plain edges. */
+static void bench_diffraction(lflare_gl *gl, const char *path, double fnumber)
+{
+    static const char *const names[2] = {"with fringes", "whole flare "};
+    lflare_settings settings = ghosts_alone();
+    double ms[2];
+    int i;
+    settings.fnumber = fnumber;
+    for (i = 0; i < 2; i++) {
+        lflare_settings more = settings;
+        lflare *flares[2];
+        more.no_ringing = 0;
+        more.no_starburst = i == 0;
+        flares[0] = open_lens(path, &settings, NULL);
+        flares[1] = open_lens(path, &more, NULL);
+        frames_of(gl, flares, ms);
+        printf("gl, %s, f/%g, %s %8.2f ms, plain ghosts %8.2f ms; ratio %.2f (aim for fringes: 1.3)\n", name_of(flares[0]), fnumber, names[i], ms[1], ms[0], ms[1] / ms[0]);
+        lflare_destroy(flares[0]);
+        lflare_destroy(flares[1]);
+    }
+}
+
 static void bench_gpu(void)
 {
     static const struct {
@@ -471,6 +493,9 @@ static void bench_gpu(void)
     throwing = create_gl(load_lit, 0);
     for (i = 0; i < 3; i++) bench_time(gl, program, frames[i].path, frames[i].fnumber);
     for (i = 0; i < 3; i++) bench_fill(gl, throwing, frames[i].path, frames[i].fnumber);
+    bench_diffraction(gl, "lenses/heliar-tronnier.lens", 8);
+    bench_diffraction(gl, "lenses/nikon-80-200-mid.lens", 8);
+    bench_diffraction(gl, "lenses/nikon-80-200-mid.lens", 2.8);
     bench_models(gl, "lenses/heliar-tronnier.lens");
     bench_models(gl, "lenses/nikon-80-200-mid.lens");
     if (glGetError() != GL_NO_ERROR) printf("gl: GL complained\n");
