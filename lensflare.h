@@ -493,7 +493,8 @@ LFLARE_API lflare_result lflare_iris_make(const lflare_lens *lens, double fnumbe
 enum { LFLARE_MASK_SIZE = 512, LFLARE_MASK_LEVELS = 10 };
 #define LFLARE_MASK_BYTES (((size_t)4 * LFLARE_MASK_SIZE * LFLARE_MASK_SIZE - 1) / 3)
 
-/* Power that passes at a point of the stop plane, in units of the iris's radius; edges fade over +-soft besides its softness. */
+/* Power that passes at a point of the stop plane, in units of the iris's radius; edges fade over +-soft besides its softness. Not with
+   LFLARE_NO_DIFFRACTION. */
 LFLARE_API float lflare_iris_transmission(const lflare_iris *iris, float x, float y, float soft);
 
 /* ---- diffraction (not with LFLARE_NO_DIFFRACTION) ---- */
@@ -898,7 +899,8 @@ typedef struct lflare_footprint {
 LFLARE_API int32_t lflare_footprint_resolve(const lflare_tables *tables, const lflare_frame_data *frame, lflare_instance instance,
                                             lflare_footprint *out);
 
-/* Share of light at a point of the sensor, 0 to 1: soft edges, the two that cut most combined by the angle between them. */
+/* Share of light at a point of the sensor: soft edges, the two that cut most combined by the angle between them. 0 to 1, on fringes up to
+   1.4, where two edges meet up to 1.9. */
 LFLARE_API float lflare_footprint_coverage(const lflare_footprint *footprint, int32_t channel, const lflare_iris *iris, float x, float y);
 
 /* Edge profile: 0 at -1, 1/2 at the edge, 1 at +1, slope and variance those of a lamp's disc and a pixel together. */
@@ -8245,11 +8247,7 @@ static const char *const lflare__glsl_starburst_frag[] = {
     "const float PI = 3.14159265, MOST = 30000.0;\n"
     "vec3 angle_at(float row, float turn, int level)\n"
     "{\n"
-    "int first = 1, count = BINS;\n"
-    "for (int i = 1; i <= level; i++) {\n"
-    "first += count + 2;\n"
-    "count = 2 * BINS >> i;\n"
-    "}\n"
+    "int first = level == 0 ? 1 : 3 * BINS + 1 - (4 * BINS >> level) + 2 * level, count = level == 0 ? BINS : 2 * BINS >> level;\n"
     "return texture(u_angular, vec2((float(first) + turn * float(count)) / float(COLUMNS), (row + 0.5) / float(ROWS))).rgb;\n"
     "}\n"
     "vec3 starburst()\n"

@@ -12,11 +12,7 @@ const float PI = 3.14159265, MOST = 30000.0; /* half floats end at 65504 */
 
 vec3 angle_at(float row, float turn, int level)
 {
-    int first = 1, count = BINS;
-    for (int i = 1; i <= level; i++) {
-        first += count + 2;
-        count = 2 * BINS >> i;
-    }
+    int first = level == 0 ? 1 : 3 * BINS + 1 - (4 * BINS >> level) + 2 * level, count = level == 0 ? BINS : 2 * BINS >> level; /* lflare__level_first */
     return texture(u_angular, vec2((float(first) + turn * float(count)) / float(COLUMNS), (row + 0.5) / float(ROWS))).rgb;
 }
 

@@ -13,10 +13,10 @@ if [ $# -eq 0 ]; then
         *_text.c | *_failure.c | *_gl.c | *_aberration.c) ;;
         *) [ "${ALL:-}" ] || continue ;;
         esac
-        tests="$tests $(basename "$t" .c)"
+        tests="$(basename "$t" .c) $tests"
     done
     parts="objects standards no_diffraction switches_0 switches_1 switches_2 switches_3 bits32"
-    # the longest come first
+    # the longest come first, of these test_gl near the head: hence the alphabet backwards
     printf '%s\n' $tests $parts | xargs -P "${JOBS:-$(getconf _NPROCESSORS_ONLN)}" -n 1 sh -c 'sh "$0" "$2" >"$1/$2.tap"; echo $? >"$1/$2.status"' "$0" "$B"
     for part in $parts $tests; do
         cat "$B/$part.tap" 2>/dev/null

