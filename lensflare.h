@@ -721,7 +721,8 @@ typedef struct lflare_settings {
     int32_t paper_clipping;    /* 1: only front rim and iris clip, as in Lee & Eisemann 2013 */
     float iris_softness;       /* edges of the iris fade over so much on either side, in its radii: 0 to 0.5 */
     lflare_mask_desc mask;     /* what stands in the iris besides; its image is read until configure is complete */
-    int32_t no_ringing;        /* 1: ghosts' edges without diffraction's fringes */
+    int32_t no_ringing;        /* 1: ghosts' edges without diffraction's fringes. With them undistorted ghosts brighter than a twentieth of
+                                  all ghosts' mean irradiance have some, and all meshes */
     int32_t no_starburst;
     int32_t starburst_size;    /* of its transform: see lflare_starburst_bytes; 0 = 1024 */
     float starburst_scale;     /* of its size, its flux kept; 0 = 1, as it is */
@@ -2738,6 +2739,7 @@ LFLARE_API lflare_result lflare_iris_make(const lflare_lens *lens, double fnumbe
 #define LFLARE__RING_OUTER 2.5f
 #define LFLARE__RING_MOST 0.2143f /* from Fresnel number 100 to 11 they fade */
 #define LFLARE__RING_FADE 7.0f
+#define LFLARE__RING_LEAST 0.05f /* of all ghosts' mean irradiance over the frame: fringes of fainter ghosts stay below a step of 8 bits */
 
 LFLARE_API float lflare_edge_coverage(float t)
 {
@@ -6439,6 +6441,7 @@ static int lflare__field_sample(const lflare_tables *t, int32_t g, float angle, 
 /* What a footprint needs per wavelength: drawn is the magnification with the least size in force, scale the override's. */
 typedef struct lflare__drawn {
     float drawn[LFLARE_WAVELENGTHS], scale;
+    int fringes; /* bright enough for them to show */
 } lflare__drawn;
 
 /* An edge |a r + b u| <= h in coordinates of the drawn footprint; `rim` and `head` are 4 floats apart per wavelength. Softness and
@@ -6452,7 +6455,7 @@ static lflare_edge lflare__edge_make(const lflare_tables *t, const float *rim, f
     lflare_edge e;
     int32_t k;
 #ifndef LFLARE_NO_DIFFRACTION
-    if (t->fringes) ring = sqrtf(0.5e-6f * t->wavelengths[1] * fabsf(a * c) / lflare__maxf(fabsf(head[6]), 1e-12f)); /* P 9 */
+    if (d->fringes) ring = sqrtf(0.5e-6f * t->wavelengths[1] * fabsf(a * c) / lflare__maxf(fabsf(head[6]), 1e-12f)); /* P 9 */
 #endif
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
         e.gain[k] = rim[4 * k] / h / d->drawn[k];
@@ -6527,7 +6530,7 @@ LFLARE_API int32_t lflare_footprint_resolve(const lflare_tables *t, const lflare
     const lflare_frame_light *l = &f->lights[instance.light];
     int32_t g = instance.ghost, k;
     const float *style = t->style + (size_t)g * LFLARE_STYLE_FLOATS, *head = t->head + (size_t)g * LFLARE_HEAD_FLOATS;
-    float lit = 0, pixel = f->pixel;
+    float lit = 0, pixel = f->pixel, brightest = 0;
     lflare__sample s;
     lflare__drawn d;
     if (!lflare__field_sample(t, g, l->field_angle, &s)) return 0;
@@ -6542,8 +6545,10 @@ LFLARE_API int32_t lflare_footprint_resolve(const lflare_tables *t, const lflare
         out->centre[k][0] = along * l->axis[0] + t->efl * (style[4] * l->slope[0] - style[5] * l->slope[1]);
         out->centre[k][1] = along * l->axis[1] + t->efl * (style[4] * l->slope[1] + style[5] * l->slope[0]);
         out->irradiance[k] = l->irradiance[k] * s.weight[k] * style[k] / (size * size);
+        brightest = lflare__maxf(brightest, s.weight[k] * style[k] / (size * size));
         lit += out->irradiance[k];
     }
+    d.fringes = t->fringes && brightest >= LFLARE__RING_LEAST * t->mean_irradiance;
     out->fine = s.radius * fabsf(d.drawn[1]) < 4 * pixel;
     if (out->fine) pixel *= 0.25f;
     lflare__footprint_edges(t, g, &d, &s, l, pixel, out);
@@ -7797,7 +7802,7 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "float soft, ring;\n"
     "};\n"
     "vec3 g_drawn, g_m11, g_m12, g_ratio;\n"
-    "float g_centroid, g_slope, g_lamp, g_pixel;\n"
+    "float g_centroid, g_slope, g_lamp, g_pixel, g_fringes;\n"
     "Edge edge_of(vec3 a, vec3 b, float radius, float softness)\n"
     "{\n"
     "Edge e;\n"
@@ -7807,7 +7812,7 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "e.offset = a * g_centroid + b * g_slope;\n"
     "float c = g_m12.y * a.y - g_m11.y * b.y, lamp = c / g_drawn.y * g_lamp, grid = g_pixel * e.gain.y;\n"
     "e.soft = sqrt(5.0 * (PIXEL_VARIANCE * grid * grid + 0.25 * lamp * lamp));\n"
-    "e.ring = u_burst[2].w * sqrt(0.5 * u_spectrum.y * abs(a.y * c) / max(abs(g_m11.y), 1e-12));\n"
+    "e.ring = g_fringes * sqrt(0.5 * u_spectrum.y * abs(a.y * c) / max(abs(g_m11.y), 1e-12));\n"
     "Profile p = profile_of(e.soft * g_ratio, vec3(e.ring), softness);\n"
     "e.inner = p.inner;\n"
     "e.outer = p.outer;\n"
@@ -7916,11 +7921,13 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "vec3 size = max(abs(g_m11), sqrt(vec3(u_lens.x * u_lens.x) + spread * spread + lamp * lamp) / radius);\n"
     "g_drawn = mix(size, -size, lessThan(g_m11, vec3(0.0))) * scale;\n"
     "g_ratio = abs(vec3(g_drawn.y) / g_drawn);\n"
+    "vec3 bright = max(weight, vec3(0.0)) * style0.rgb / (size * size);\n"
+    ,
+    "g_fringes = u_burst[2].w >= 0.0 && max(bright.x, max(bright.y, bright.z)) >= u_burst[2].w ? 1.0 : 0.0;\n"
     "g_centroid = middle_x;\n"
     "g_slope = l1.x;\n"
     "g_lamp = l1.z * scale;\n"
     "g_pixel = u_lens.x;\n"
-    ,
     "bool fine = radius * abs(g_drawn.y) < 4.0 * g_pixel;\n"
     "if (fine) g_pixel *= 0.25;\n"
     "Edge found[EDGES + RIMS];\n"
@@ -7991,10 +7998,10 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "vec3 p = tangent(vec2(cos(angle), sin(angle)), axis, along);\n"
     "vec3 next = tangent(vec2(cos(angle + turn), sin(angle + turn)), axis, along);\n"
     "float bend = p.x * next.y - p.y * next.x;\n"
+    ,
     "if (bend > 1e-3) position = vec2(p.z * next.y - next.z * p.y, p.x * next.z - next.x * p.z) / bend;\n"
     "else position = centre + between * max(p.z - dot(p.xy, centre), 0.0) / max(dot(p.xy, between), 0.05);\n"
     "if (low) {\n"
-    ,
     "vec2 way = position - centre;\n"
     "float far = max(length(way), 1e-20);\n"
     "position = centre + way * (fine || u_strip.z > 0.0 ? 0.0 : min(uncut(way / far, axis, along) / far, 1.0));\n"
@@ -8101,7 +8108,7 @@ static const char *const lflare__glsl_patch_vert[] = {
     "}\n"
     "float fringe(float shrink, float lamp, float scale)\n"
     "{\n"
-    "return u_burst[2].w * scale * sqrt(0.5 * u_spectrum.y * sqrt(abs(shrink)) * abs(lamp));\n"
+    "return (u_burst[2].w >= 0.0 ? scale : 0.0) * sqrt(0.5 * u_spectrum.y * sqrt(abs(shrink)) * abs(lamp));\n"
     "}\n"
     "void main()\n"
     "{\n"
@@ -8794,7 +8801,7 @@ static size_t lflare__gl_fill_frame(lflare_gl *o, const lflare_tables *t, const 
         u->burst[2][k] = t->streak_gain[k];
     }
     u->burst[0][3] = t->starburst_unit;
-    u->burst[2][3] = (float)t->fringes;
+    u->burst[2][3] = t->fringes ? LFLARE__RING_LEAST * t->mean_irradiance : -1;
     u->burst[1][3] = t->streak_half[1];
     memcpy(u->blades, t->iris.blades, sizeof u->blades);
     memcpy(u->lights, f->lights, sizeof(lflare_frame_light) * (size_t)f->light_count);
@@ -9498,6 +9505,7 @@ LFLARE_API lflare_result lflare_file_read(const char *path, lflare_realloc alloc
 #undef LFLARE__RING_OUTER
 #undef LFLARE__RING_MOST
 #undef LFLARE__RING_FADE
+#undef LFLARE__RING_LEAST
 #undef LFLARE__STARBURST_LEAST
 
 #endif /* LENSFLARE_IMPLEMENTED */

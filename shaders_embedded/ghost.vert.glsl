@@ -31,7 +31,7 @@ struct Edge {
 };
 
 vec3 g_drawn, g_m11, g_m12, g_ratio;
-float g_centroid, g_slope, g_lamp, g_pixel;
+float g_centroid, g_slope, g_lamp, g_pixel, g_fringes;
 
 Edge edge_of(vec3 a, vec3 b, float radius, float softness)
 {
@@ -42,7 +42,7 @@ Edge edge_of(vec3 a, vec3 b, float radius, float softness)
     e.offset = a * g_centroid + b * g_slope;
     float c = g_m12.y * a.y - g_m11.y * b.y, lamp = c / g_drawn.y * g_lamp, grid = g_pixel * e.gain.y;
     e.soft = sqrt(5.0 * (PIXEL_VARIANCE * grid * grid + 0.25 * lamp * lamp));
-    e.ring = u_burst[2].w * sqrt(0.5 * u_spectrum.y * abs(a.y * c) / max(abs(g_m11.y), 1e-12));
+    e.ring = g_fringes * sqrt(0.5 * u_spectrum.y * abs(a.y * c) / max(abs(g_m11.y), 1e-12));
     Profile p = profile_of(e.soft * g_ratio, vec3(e.ring), softness);
     e.inner = p.inner;
     e.outer = p.outer;
@@ -161,6 +161,8 @@ void main()
     vec3 size = max(abs(g_m11), sqrt(vec3(u_lens.x * u_lens.x) + spread * spread + lamp * lamp) / radius);
     g_drawn = mix(size, -size, lessThan(g_m11, vec3(0.0))) * scale;
     g_ratio = abs(vec3(g_drawn.y) / g_drawn);
+    vec3 bright = max(weight, vec3(0.0)) * style0.rgb / (size * size);
+    g_fringes = u_burst[2].w >= 0.0 && max(bright.x, max(bright.y, bright.z)) >= u_burst[2].w ? 1.0 : 0.0;
     g_centroid = middle_x;
     g_slope = l1.x;
     g_lamp = l1.z * scale;

@@ -59,7 +59,7 @@ float soft(float lamp)
 /* lflare__patch_ring */
 float fringe(float shrink, float lamp, float scale)
 {
-    return u_burst[2].w * scale * sqrt(0.5 * u_spectrum.y * sqrt(abs(shrink)) * abs(lamp));
+    return (u_burst[2].w >= 0.0 ? scale : 0.0) * sqrt(0.5 * u_spectrum.y * sqrt(abs(shrink)) * abs(lamp));
 }
 
 void main()
