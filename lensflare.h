@@ -5698,7 +5698,7 @@ LFLARE_API lflare_tables_size lflare_tables_layout(const lflare_lens *lens, cons
 {
     const size_t f = sizeof(float), ghosts = (size_t)lens->ghost_count, surfaces = (size_t)lens->surface_count;
     lflare_tables_size size;
-    static const double *nm = lflare__rgb_nm;
+    static const double *const nm = lflare__rgb_nm;
     size_t arrays[11];
     int32_t i;
     t->ghost_count = lens->ghost_count;
@@ -6375,10 +6375,11 @@ LFLARE_API lflare_result lflare_frame_build(const lflare_tables *t, const lflare
         if (!lflare__valid_light(&lights[i])) return LFLARE_ERROR_ARGUMENT;
     slope_scale = lflare__frame_size(t, view, f);
     for (i = 0; i < light_count; i++) {
-        lflare_frame_light *l = &f->lights[f->light_count];
+        lflare_frame_light *l;
         float growth;
         int32_t budget = t->ghost_budget > 0 ? t->ghost_budget : t->active_count;
         if (f->light_count == f->light_capacity) return LFLARE_ERROR_LIMIT;
+        l = &f->lights[f->light_count];
         if (!lflare__frame_light_make(t, f, &lights[i], slope_scale, view->edge_fade, l)) continue;
         l->source = i;
         growth = 4 * f->pixel;

@@ -293,13 +293,7 @@ static void spikes(void **state)
         int i, count = 0;
         for (i = 0; i < 3600; i++) { /* tenths of degrees: what stands out among 3 degrees either way, and above the mean */
             float here[3], other[3];
-            double mean = 0;
             int j, most = 1;
-            for (j = 0; j < 360; j++) {
-                lflare_starburst_at(&m.s, (float)(60 * cos(j * PI / 180 + 0.004)), (float)(60 * sin(j * PI / 180 + 0.004)), 1, other);
-                mean += (double)other[1] / 360;
-                if (i > 0) break;
-            }
             lflare_starburst_at(&m.s, (float)(60 * cos(i * PI / 1800)), (float)(60 * sin(i * PI / 1800)), 1, here);
             for (j = -30; j <= 30 && most; j++) {
                 lflare_starburst_at(&m.s, (float)(60 * cos((i + j) * PI / 1800)), (float)(60 * sin((i + j) * PI / 1800)), 1, other);
