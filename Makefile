@@ -3,6 +3,7 @@
 # make test    everything that is checked; installs what it needs when run as root, else says what to install
 # make bench   speed, as ratios side by side in one run
 # make models  how near each model of the ghosts comes to exact rays, on six lenses; the first run takes half an hour
+# make fringes draws irises as ghosts show them beside the exact integral, build/fringes.pgm; needs FFTW (libfftw3-dev)
 # make shaders writes shaders_embedded/*.glsl into lensflare.h
 # make diagrams draws the lenses and their page, lenses/README.md
 # make fits    fits the lenses whose fits are small enough to lie beside them
@@ -52,7 +53,7 @@ $(B)/test_%: tests/test_%.c lensflare.h $(wildcard tests/*.h) | $(B)
 $(B)/test_reference $(B)/test_aberration: $(B)/test_%: tests/test_%.c tests/oracle.h examples/reference.h lensflare.h | $(B)
 	$(CC) $(ALL) $< -o $@ -lcmocka $(THREADS) -lm
 
-$(B)/test_diffraction: tests/test_diffraction.c lensflare.h | $(B)
+$(B)/test_diffraction: tests/test_diffraction.c tests/fresnel.h lensflare.h | $(B)
 	$(CC) $(ALL) $< -o $@ -lcmocka -lfftw3 -lm
 
 $(B)/test_gl: tests/test_gl.c examples/gl_host.h lensflare.h | $(B)
@@ -63,6 +64,9 @@ $(B)/bench: tests/bench.c tests/bench.h lensflare.h | $(B)
 
 $(B)/models: tests/models.c examples/reference.h lensflare.h | $(B)
 	$(CC) $(ALL) $< -o $@ $(THREADS) -lm
+
+$(B)/fringes: tests/fringes.c tests/fresnel.h lensflare.h | $(B)
+	$(CC) $(ALL) $< -o $@ -lfftw3 -lm
 
 $(B)/bench_gl: tests/bench_gl.c tests/bench.h examples/gl_host.h lensflare.h | $(B)
 	$(CC) $(ALL) $< -o $@ -lEGL -lGL -lm
@@ -86,6 +90,9 @@ bench: $(B)/bench $(if $(EGL),$(B)/bench_gl)
 models: $(B)/models
 	$(B)/models
 
+fringes: $(B)/fringes
+	$(B)/fringes
+
 # The GLSL sources as string literals in the header; a test compares both.
 shaders:
 	shaders_embedded/embed.sh lensflare.h > lensflare.h.new && mv lensflare.h.new lensflare.h
@@ -107,4 +114,4 @@ coverage:
 clean:
 	rm -rf $(B)
 
-.PHONY: all no-windows demo test tests bench models shaders diagrams fits fuzz coverage clean
+.PHONY: all no-windows demo test tests bench models fringes shaders diagrams fits fuzz coverage clean

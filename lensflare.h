@@ -166,8 +166,9 @@
    logarithms of the distance and what angles have over them, in units of wavelength times f-number, so that no f-number makes it
    anew, spikes go on as far as a frame reaches, and a lamp's size is a level of blur. Its energy is that of the light through the
    pupil. Edges of ghosts carry the fringes of a straight edge, of length sqrt(lambda |M11 c| / 2) where the edge's image moves by c a
-   radian, washed out by lamp and pixel; below Fresnel number 100 they fade, and masks have none inside. Masks (dust, scratches,
-   gratings, images) serve starburst and ghosts alike.
+   radian, washed out by lamp and pixel; where edges meet their shares are multiplied, which comes within 5 % of the integral down to Fresnel
+   number 20 and 12 % to 5 (make fringes). Masks (dust, scratches, gratings, images) serve starburst and ghosts alike; in ghosts their marks
+   have fringes too, from pictures made beforehand.
 
    THE TABLES, BY LIFETIME (all float; every row is a whole number of RGBA32F texels, so a GPU reads it with texelFetch)
 
@@ -182,6 +183,7 @@
        settings  mesh      ghost: 12 or 23 angles x 2 texels of the whole, then 5 a vertex, or 3 channels x 3    80 KB to 1.9 MB
        settings  blades    (normal x y, distance, arc radius) per blade
        settings  mask      what stands in the iris besides: 512 x 512 bytes and its halves                    350 KB
+       settings  fringed   the mask as diffraction shows it: 25 pictures of 256 x 256 and their halves        2.2 MB
        settings  starburst 168 distances x 1536 columns of angles, 15 x 193 of discs; halves on a GPU         4.2 MB
        lens      ringing   an edge's fringes: 16 blurs x 256 places across it                                16 KB
        frame     lights    64 bytes each
@@ -205,7 +207,7 @@
    BLEND_DST_RGB, BLEND_SRC_ALPHA, BLEND_DST_ALPHA, BLEND_EQUATION_RGB, BLEND_EQUATION_ALPHA, CURRENT_PROGRAM,
    VERTEX_ARRAY_BINDING, ARRAY_BUFFER_BINDING, UNIFORM_BUFFER_BINDING, PIXEL_UNPACK_BUFFER_BINDING, UNPACK_ALIGNMENT,
    UNPACK_SWAP_BYTES (not in ES), UNPACK_ROW_LENGTH, UNPACK_SKIP_ROWS, UNPACK_SKIP_PIXELS, in WebGL alone UNPACK_FLIP_Y_WEBGL and
-   UNPACK_PREMULTIPLY_ALPHA_WEBGL, DRAW_FRAMEBUFFER_BINDING, VIEWPORT, ACTIVE_TEXTURE; 2D texture and sampler of units 0 to 4; uniform buffer 0 with its range.
+   UNPACK_PREMULTIPLY_ALPHA_WEBGL, DRAW_FRAMEBUFFER_BINDING, VIEWPORT, ACTIVE_TEXTURE; 2D texture and sampler of units 0 to 5; uniform buffer 0 with its range.
    lflare_gl_draw and lflare_gl_add_half leave framebuffer, viewport and scissor to the caller and so never change them; with
    no_restore lflare_gl_draw_half and lflare_gl_occlusion leave their own bound. Colour mask and blending are those of draw
    buffer 0, put back to all draw buffers. sRGB encoding on write stays the caller's. No transform feedback may be active.
@@ -482,6 +484,8 @@ typedef struct lflare_iris {
     int32_t blade_count; /* 0 = round */
     lflare_blade blades[LFLARE_MAX_BLADES];
     const uint8_t *mask; /* of LFLARE_MASK_BYTES, multiplies what blades leave open; NULL = none: see lflare_iris_set_mask */
+    int32_t dark_outline; /* 1: the mask lets nothing through next to the blades or the circumscribed circle: they have no fringes */
+    const uint8_t *fringed; /* of LFLARE_FRINGED_BYTES, the mask as ghosts show it; NULL = as it is: see lflare_fringed_begin */
 } lflare_iris;
 
 /* Iris at f-number N: radius min(|A11| EFL / 2N, the stop's own) (P 6); N = 0 is the lens's. blades 0 or 3 to 16; rotation
@@ -577,6 +581,29 @@ LFLARE_API size_t lflare_starburst_bytes(int32_t size);
 LFLARE_API lflare_result lflare_starburst_begin(const lflare_iris *iris, int32_t size, float *tables, void *work, lflare_starburst *out,
                                                 lflare_starburst_job *job);
 LFLARE_API lflare_result lflare_starburst_step(lflare_starburst_job *job, int32_t slices);
+
+/* A mask as ghosts show it: its marks have Fresnel's fringes (P 9), the coarser the lower the ghost's Fresnel number. A picture for each of
+   LFLARE_FRINGED_VIEWS lengths of fringes (lflare_edge.ring), falling by 2^0.2 from 0.4, which is Fresnel number 3, to 0.0144, 2400;
+   five in a row from -y up, then all of them at half the size down to one texel each. Bytes: 127.5 is the light of the open iris. */
+enum { LFLARE_FRINGED_SIZE = 256, LFLARE_FRINGED_ACROSS = 5, LFLARE_FRINGED_VIEWS = 25, LFLARE_FRINGED_LEVELS = 9, LFLARE_FRINGED_WIDTH = LFLARE_FRINGED_SIZE * LFLARE_FRINGED_ACROSS };
+#define LFLARE_FRINGED_BYTES (((size_t)4 * LFLARE_FRINGED_WIDTH * LFLARE_FRINGED_WIDTH - LFLARE_FRINGED_VIEWS) / 3)
+
+/* Bytes of working memory: 3.4 MB. */
+#define LFLARE_FRINGED_WORK_BYTES (sizeof(float) * ((size_t)13 * LFLARE_FRINGED_SIZE * LFLARE_FRINGED_SIZE + (size_t)14 * LFLARE_FRINGED_SIZE + 2))
+
+/* Under way. Plain data; its contents are the library's. */
+typedef struct lflare_fringed_job {
+    const uint8_t *mask;
+    uint8_t *out;
+    float *spectrum, *field, *light, *line, *roots, *factors; /* working memory */
+    int32_t phase, next;
+} lflare_fringed_job;
+
+/* Begins with a whole mask of LFLARE_MASK_BYTES; `out` and `work` have the sizes above; all three must stay until the last step. Then
+   step, `slices` of 0.1 to 0.5 ms at a time, until it no longer returns LFLARE_INCOMPLETE. 0.25 s in all. Edges of the mask at the
+   iris's circumscribed circle count as going on beyond it. */
+LFLARE_API lflare_result lflare_fringed_begin(const uint8_t *mask, uint8_t *out, void *work, lflare_fringed_job *job);
+LFLARE_API lflare_result lflare_fringed_step(lflare_fringed_job *job, int32_t slices);
 
 /* Fringes of edges: LFLARE_RINGING_BLURS rows of LFLARE_RINGING_SAMPLES, the share of light across an edge, for blurs of the edge up to
    8 fringe lengths (lflare_edge.soft over .ring), from 2.5 lengths and the blur outside to 5 and the blur inside. 3 ms. */
@@ -1046,7 +1073,8 @@ LFLARE_API lflare_result lflare_create(const lflare_desc *desc, lflare **out, lf
 LFLARE_API void lflare_destroy(lflare *flare); /* NULL is fine */
 
 /* New settings at once, or in steps: begin, then step (each of as many ghosts, or slices of mask and starburst) until it stops
-   returning LFLARE_INCOMPLETE; a failed allocation ends it and leaves the tables in use as they are. The starburst is made anew only
+   returning LFLARE_INCOMPLETE; a failed allocation, or an image for the mask that lflare_mask_check refuses, ends it and leaves the tables
+   in use as they are. The starburst is made anew only
    if the iris's shape is neither the one in use nor the one before: an f-number alone does not change it. Frames use the old tables until then; the step that completes them empties the last frame, so step before
    lflare_frame, not after. A begin before that starts over. Overrides are copied. */
 LFLARE_API lflare_result lflare_configure(lflare *flare, const lflare_settings *settings, lflare_error *error);
@@ -2737,8 +2765,7 @@ LFLARE_API lflare_result lflare_iris_make(const lflare_lens *lens, double fnumbe
 #define LFLARE__RING_WASHED 8.0f /* softness over the fringes' length from which on they do not show */
 #define LFLARE__RING_INNER 5.0f  /* how far they are drawn, in their length */
 #define LFLARE__RING_OUTER 2.5f
-#define LFLARE__RING_MOST 0.2143f /* from Fresnel number 100 to 11 they fade */
-#define LFLARE__RING_FADE 7.0f
+#define LFLARE__RING_MOST 0.4f /* radii: below Fresnel number 3, next to focus, what there is at 3 is drawn, which is a blob */
 #define LFLARE__RING_LEAST 0.05f /* of all ghosts' mean irradiance over the frame: fringes of fainter ghosts stay below a step of 8 bits */
 
 LFLARE_API float lflare_edge_coverage(float t)
@@ -2753,7 +2780,7 @@ typedef struct lflare__profile {
     const float *ringing;           /* LFLARE_RINGING_FLOATS; NULL: none */
 } lflare__profile;
 
-/* Of fringes that matter: not washed out, of ghosts of Fresnel number 1 / (2 ring^2) above 11. */
+/* Of fringes that matter, which are not washed out. */
 static lflare__profile lflare__profile_make(const float *ringing, float soft, float ring)
 {
     lflare__profile p;
@@ -2761,7 +2788,8 @@ static lflare__profile lflare__profile_make(const float *ringing, float soft, fl
     ring = 0;
     ringing = NULL;
 #endif
-    if (ringing == NULL || !(LFLARE__RING_WASHED * ring > soft && ring < LFLARE__RING_MOST)) ring = 0;
+    ring = lflare__minf(ring, LFLARE__RING_MOST);
+    if (ringing == NULL || !(LFLARE__RING_WASHED * ring > soft)) ring = 0;
     p.soft = soft;
     p.ring = ring;
     p.inner = soft + LFLARE__RING_INNER * ring;
@@ -2770,16 +2798,14 @@ static lflare__profile lflare__profile_make(const float *ringing, float soft, fl
     return p;
 }
 
-/* Share of light at a distance inside the edge: 0 at -outer, 1 at inner; above 1 on fringes. Below Fresnel numbers of 100 the fringes
-   of a straight edge are no longer what is there: they fade, as the table does towards where they are washed out. */
+/* Share of light at a distance inside the edge: 0 at -outer, 1 at inner; above 1 on fringes. */
 static float lflare__profile_at(const lflare__profile *p, float d)
 {
-    float plain = lflare_edge_coverage(d / p->soft);
 #ifndef LFLARE_NO_DIFFRACTION
     float blur, u, v, f, g;
     const float *a;
     int32_t i, j;
-    if (!(p->ring > 0)) return plain;
+    if (!(p->ring > 0)) return lflare_edge_coverage(d / p->soft);
     blur = p->soft / p->ring;
     u = lflare__minf(lflare__maxf((d + p->outer) / (p->inner + p->outer), 0), 1) * (LFLARE_RINGING_SAMPLES - 1);
     v = blur / (blur + 2) * ((LFLARE__RING_WASHED + 2) / LFLARE__RING_WASHED) * (LFLARE_RINGING_BLURS - 1);
@@ -2788,10 +2814,10 @@ static float lflare__profile_at(const lflare__profile *p, float d)
     f = u - (float)i;
     g = v - (float)j;
     a = p->ringing + j * LFLARE_RINGING_SAMPLES + i;
-    f = (1 - g) * (a[0] + f * (a[1] - a[0])) + g * (a[LFLARE_RINGING_SAMPLES] + f * (a[LFLARE_RINGING_SAMPLES + 1] - a[LFLARE_RINGING_SAMPLES]));
-    plain += lflare__minf(LFLARE__RING_FADE * (LFLARE__RING_MOST - p->ring), 1) * (f - plain);
+    return (1 - g) * (a[0] + f * (a[1] - a[0])) + g * (a[LFLARE_RINGING_SAMPLES] + f * (a[LFLARE_RINGING_SAMPLES + 1] - a[LFLARE_RINGING_SAMPLES]));
+#else
+    return lflare_edge_coverage(d / p->soft);
 #endif
-    return plain;
 }
 
 /* The two edges that cut most at a point, with their inward normals. */
@@ -2838,35 +2864,77 @@ static float lflare__both(const lflare__cuts *cuts)
 }
 
 #ifndef LFLARE_NO_DIFFRACTION
-/* One level of the mask, between its texels linearly. */
-static float lflare__mask_level(const uint8_t *mask, int32_t level, float x, float y)
+/* A square of size x size texels in rows of `width`, between them linearly. */
+static float lflare__texels_at(const uint8_t *texels, int32_t size, int32_t width, float x, float y)
 {
-    int32_t size = LFLARE_MASK_SIZE >> level, i, ix, iy, right, up;
-    float half = 0.5f * (float)size, fx = lflare__minf(lflare__maxf((x + 1) * half - 0.5f, 0), (float)(size - 1)), fy = lflare__minf(lflare__maxf((y + 1) * half - 0.5f, 0), (float)(size - 1)), low, high;
-    for (i = 0; i < level; i++) mask += (size_t)(LFLARE_MASK_SIZE >> i) * (size_t)(LFLARE_MASK_SIZE >> i);
-    ix = (int32_t)fx;
-    iy = (int32_t)fy;
-    right = ix + 1 < size;
-    up = iy + 1 < size ? size : 0;
-    mask += iy * size + ix;
+    float half = 0.5f * (float)size, last = (float)(size - 1), low, high;
+    float fx = lflare__minf(lflare__maxf((x + 1) * half - 0.5f, 0), last), fy = lflare__minf(lflare__maxf((y + 1) * half - 0.5f, 0), last);
+    int32_t ix = (int32_t)fx, iy = (int32_t)fy, right = ix + 1 < size, up = iy + 1 < size ? width : 0;
+    texels += iy * width + ix;
     fx -= (float)ix;
     fy -= (float)iy;
-    low = (float)mask[0] + fx * (float)(mask[right] - mask[0]);
-    high = (float)mask[up] + fx * (float)(mask[up + right] - mask[up]);
+    low = (float)texels[0] + fx * (float)(texels[right] - texels[0]);
+    high = (float)texels[up] + fx * (float)(texels[up + right] - texels[up]);
     return (low + fy * (high - low)) / 255;
 }
 
-/* The level on which the mask is as coarse as edges that fade over +-soft: their density's spread is that of a box 1.55 times as wide. */
-static float lflare__mask_lod(float soft) { return lflare__minf(lflare__maxf(log2f(1.55f * soft * (0.5f * (float)LFLARE_MASK_SIZE)), 0), LFLARE_MASK_LEVELS - 1); }
-
-/* What the mask leaves of a point, 1 without one. */
-static float lflare__iris_mask(const lflare_iris *iris, float x, float y, float lod)
+static float lflare__mask_level(const uint8_t *mask, int32_t level, float x, float y)
 {
-    int32_t level = (int32_t)lflare__minf(lod, LFLARE_MASK_LEVELS - 2);
-    float fine, share = lod - (float)level;
+    int32_t i;
+    for (i = 0; i < level; i++) mask += (size_t)(LFLARE_MASK_SIZE >> i) * (size_t)(LFLARE_MASK_SIZE >> i);
+    return lflare__texels_at(mask, LFLARE_MASK_SIZE >> level, LFLARE_MASK_SIZE >> level, x, y);
+}
+
+static float lflare__fringed_level(const uint8_t *fringed, int32_t view, int32_t level, float x, float y)
+{
+    int32_t size = LFLARE_FRINGED_SIZE >> level, width = LFLARE_FRINGED_WIDTH >> level, i;
+    for (i = 0; i < level; i++) fringed += (size_t)(LFLARE_FRINGED_WIDTH >> i) * (size_t)(LFLARE_FRINGED_WIDTH >> i);
+    return 2 * lflare__texels_at(fringed + size * (view / LFLARE_FRINGED_ACROSS * width + view % LFLARE_FRINGED_ACROSS), size, width, x, y);
+}
+
+/* Between two levels of a picture, the last of which is `last`. */
+static float lflare__between_levels(const lflare_iris *iris, int32_t view, float lod, int32_t last, float x, float y)
+{
+    int32_t level = (int32_t)lflare__minf(lod, (float)(last - 1));
+    float share = lod - (float)level, fine = 0, coarse = 0;
+    if (share < 1) fine = view < 0 ? lflare__mask_level(iris->mask, level, x, y) : lflare__fringed_level(iris->fringed, view, level, x, y);
+    if (share > 0) coarse = view < 0 ? lflare__mask_level(iris->mask, level + 1, x, y) : lflare__fringed_level(iris->fringed, view, level + 1, x, y);
+    return (1 - share) * fine + share * coarse;
+}
+
+#define LFLARE__FRINGED_OCTAVE 5.0f /* pictures while the length of fringes halves */
+
+/* How a ghost looks at the mask. */
+typedef struct lflare__look {
+    float lod, fringed, view, fade; /* level of the mask; of the pictures with fringes, which, and what share of them */
+} lflare__look;
+
+/* Edges fade over +-soft (the level whose texels, with the ramps between them, spread as much as the edges' density does); fringes of length `ring`. */
+static lflare__look lflare__look_make(const lflare_iris *iris, float soft, float ring)
+{
+    lflare__look look;
+    look.lod = lflare__minf(lflare__maxf(log2f(0.894f * soft * (0.5f * (float)LFLARE_MASK_SIZE)), 0), LFLARE_MASK_LEVELS - 1);
+    look.fringed = lflare__maxf(look.lod - 1, 0);
+    look.view = look.fade = 0;
+    if (iris->fringed == NULL || !(ring > 0)) return look;
+    look.view = LFLARE__FRINGED_OCTAVE * log2f(LFLARE__RING_MOST / ring);
+    look.fade = lflare__minf(lflare__maxf(((float)LFLARE_FRINGED_VIEWS - 1 - look.view) / LFLARE__FRINGED_OCTAVE + 1, 0), 1);
+    look.view = lflare__minf(look.view, LFLARE_FRINGED_VIEWS - 1);
+    return look;
+}
+
+/* What the mask leaves of a point, 1 without one; above 1 on fringes. */
+static float lflare__iris_mask(const lflare_iris *iris, float x, float y, const lflare__look *look)
+{
+    float plain, fringed, share;
+    int32_t view = (int32_t)lflare__minf(look->view, LFLARE_FRINGED_VIEWS - 2);
     if (iris->mask == NULL) return 1;
-    fine = share < 1 ? lflare__mask_level(iris->mask, level, x, y) : 0;
-    return share > 0 ? fine + share * (lflare__mask_level(iris->mask, level + 1, x, y) - fine) : fine;
+    plain = look->fade < 1 ? lflare__between_levels(iris, -1, look->lod, LFLARE_MASK_LEVELS - 1, x, y) : 0;
+    if (!(look->fade > 0)) return plain;
+    share = look->view - (float)view;
+    fringed = (1 - share) * lflare__between_levels(iris, view, look->fringed, LFLARE_FRINGED_LEVELS - 1, x, y);
+    if (share > 0) fringed += share * lflare__between_levels(iris, view + 1, look->fringed, LFLARE_FRINGED_LEVELS - 1, x, y);
+    return plain + look->fade * (fringed - plain);
 }
 
 /* What the blades, or the circumscribed circle, leave of a point. */
@@ -2887,11 +2955,13 @@ static float lflare__iris_outline(const lflare_iris *iris, float x, float y, flo
 LFLARE_API float lflare_iris_transmission(const lflare_iris *iris, float x, float y, float soft)
 {
     float open = lflare__iris_outline(iris, x, y, soft);
-    return open > 0 ? open * lflare__iris_mask(iris, x, y, lflare__mask_lod(soft)) : 0;
+    lflare__look look = lflare__look_make(iris, soft, 0);
+    return open > 0 ? open * lflare__iris_mask(iris, x, y, &look) : 0;
 }
 #else
-static float lflare__mask_lod(float soft) { return soft; }
-static float lflare__iris_mask(const lflare_iris *iris, float x, float y, float lod) { return (void)iris, (void)x, (void)y, (void)lod, 1.0f; }
+typedef int lflare__look;
+static int lflare__look_make(const lflare_iris *iris, float soft, float ring) { return (void)iris, (void)soft, (void)ring, 0; }
+static float lflare__iris_mask(const lflare_iris *iris, float x, float y, const int *look) { return (void)iris, (void)x, (void)y, (void)look, 1.0f; }
 #endif
 
 /* Tells two arrays of rows apart by content: addresses and counters come again when objects do. Even numbers of floats. */
@@ -2925,11 +2995,10 @@ static uint64_t lflare__mask_hash(const lflare_iris *iris)
 
 /* -- the mask: what stands in the iris besides its blades -- */
 
-LFLARE_API lflare_result lflare_mask_check(const lflare_mask_desc *d, lflare_error *error)
+/* All but the pixels. */
+static lflare_result lflare__mask_check(const lflare_mask_desc *d, lflare_error *error)
 {
-    float sum, open = 0;
-    size_t i, count;
-    if (error != NULL) memset(error, 0, sizeof *error);
+    float sum;
     if (d == NULL) return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "no mask given");
     if (d->dust_count < 0 || d->dust_count > LFLARE_MAX_MARKS || d->scratch_count < 0 || d->scratch_count > LFLARE_MAX_MARKS)
         return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "mask: 0 to %i specks of dust and as many scratches", (int)LFLARE_MAX_MARKS);
@@ -2938,16 +3007,32 @@ LFLARE_API lflare_result lflare_mask_check(const lflare_mask_desc *d, lflare_err
         d->scratch_width < 0 || d->scratch_spread < 0 || sum > 6 || !(d->grating_lines >= 0 && d->grating_lines <= LFLARE_MASK_SIZE / 4) ||
         !(d->grating_depth >= 0 && d->grating_depth <= 1))
         return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "mask: sizes are 0 to 2 radii, a grating has 0 to %i lines of depth 0 to 1", (int)LFLARE_MASK_SIZE / 4);
-    if (d->pixels == NULL) return LFLARE_OK;
-    if (d->width < 1 || d->height < 1 || d->width > LFLARE_MAX_MASK || d->height > LFLARE_MAX_MASK)
+    if (d->pixels != NULL && (d->width < 1 || d->height < 1 || d->width > LFLARE_MAX_MASK || d->height > LFLARE_MAX_MASK))
         return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "the mask's image is %i x %i; give 1 to %i either way", d->width, d->height, (int)LFLARE_MAX_MASK);
-    count = (size_t)d->width * (size_t)d->height;
-    for (i = 0; i < count; i++) {
+    return LFLARE_OK;
+}
+
+/* Rows of the image, if there is one; the brightest pixel in *open. */
+static lflare_result lflare__mask_pixels(const lflare_mask_desc *d, int32_t begin, int32_t end, float *open, lflare_error *error)
+{
+    size_t width = (size_t)d->width, i;
+    for (i = width * (size_t)begin; d->pixels != NULL && i < width * (size_t)end; i++) {
         if (!(d->pixels[i] >= 0 && d->pixels[i] <= 1))
             return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "the mask's pixel %i, %i is %g; give the share of power that passes, 0 to 1",
-                                (int32_t)(i % (size_t)d->width), (int32_t)(i / (size_t)d->width), (double)d->pixels[i]);
-        open = lflare__maxf(open, d->pixels[i]);
+                                (int32_t)(i % width), (int32_t)(i / width), (double)d->pixels[i]);
+        *open = lflare__maxf(*open, d->pixels[i]);
     }
+    return LFLARE_OK;
+}
+
+LFLARE_API lflare_result lflare_mask_check(const lflare_mask_desc *d, lflare_error *error)
+{
+    float open = 0;
+    lflare_result result;
+    if (error != NULL) memset(error, 0, sizeof *error);
+    result = lflare__mask_check(d, error);
+    if (result == LFLARE_OK) result = lflare__mask_pixels(d, 0, d->height, &open, error);
+    if (result != LFLARE_OK || d->pixels == NULL) return result;
     return open > 0 ? LFLARE_OK : lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "the mask is black: nothing passes");
 }
 
@@ -3036,32 +3121,43 @@ LFLARE_API void lflare_mask_rows(const lflare_mask_desc *d, uint8_t *out, int32_
     }
 }
 
+/* Halves down to one texel of a square picture, one of across x across that make up a picture, whose halves come behind it. */
+static void lflare__halves(uint8_t *all, int32_t width, int32_t across, int32_t place)
+{
+    int32_t i, j;
+    for (; width > across; width /= 2) {
+        int32_t size = width / across, half = width / 2;
+        uint8_t *fine = all + size * (place / across * width + place % across), *coarse;
+        all += (size_t)width * (size_t)width;
+        coarse = all + size / 2 * (place / across * half + place % across);
+        for (j = 0; j < size / 2; j++)
+            for (i = 0; i < size / 2; i++) {
+                const uint8_t *at = fine + 2 * (j * width + i);
+                coarse[j * half + i] = (uint8_t)((at[0] + at[1] + at[width] + at[width + 1] + 2) / 4);
+            }
+    }
+}
+
 LFLARE_API lflare_result lflare_iris_set_mask(lflare_iris *iris, uint8_t *mask)
 {
     enum { HALF = LFLARE_MASK_SIZE / 2 };
     const float texel = 2.0f / (float)HALF;
-    double open = 0, all = 0;
-    int32_t i, j, size;
-    uint8_t *fine = mask, *coarse;
+    double open = 0, all = 0, rim = 0;
+    int32_t i, j;
+    uint8_t *coarse;
     if (iris == NULL || mask == NULL || iris->mask != NULL) return LFLARE_ERROR_ARGUMENT;
-    for (size = LFLARE_MASK_SIZE; size > 1; size /= 2) {
-        coarse = fine + (size_t)size * (size_t)size;
-        for (j = 0; j < size / 2; j++)
-            for (i = 0; i < size / 2; i++) {
-                const uint8_t *at = fine + 2 * ((size_t)j * (size_t)size + (size_t)i);
-                coarse[j * (size / 2) + i] = (uint8_t)((at[0] + at[1] + at[size] + at[size + 1] + 2) / 4);
-            }
-        fine = coarse;
-    }
+    lflare__halves(mask, LFLARE_MASK_SIZE, 1, 0);
     coarse = mask + (size_t)LFLARE_MASK_SIZE * LFLARE_MASK_SIZE; /* half the size is enough to add up, and takes a quarter of the time */
     for (j = 0; j < HALF; j++)
         for (i = 0; i < HALF; i++) {
-            double within = (double)lflare_iris_transmission(iris, texel * ((float)i + 0.5f) - 1, texel * ((float)j + 0.5f) - 1, texel);
+            double within = (double)lflare_iris_transmission(iris, texel * ((float)i + 0.5f) - 1, texel * ((float)j + 0.5f) - 1, texel), passes = within * coarse[j * HALF + i] / 255;
             all += within;
-            open += within * coarse[j * HALF + i] / 255;
+            open += passes;
+            if (within < 1) rim += passes;
         }
     if (!(open > 1e-6 * all)) return LFLARE_ERROR_ARGUMENT;
     iris->mask = mask;
+    iris->dark_outline = !(rim > 1e-4 * all);
     iris->area *= (float)(open / all);
     return LFLARE_OK;
 }
@@ -3357,13 +3453,14 @@ static void lflare__burst_picture(lflare_starburst_job *job, int32_t slice)
 {
     float texel = 2.0f / (float)(job->across - LFLARE__MARGIN), middle = 0.5f * (float)(job->across - 1);
     int soft = job->iris->softness > 2 * texel;
+    lflare__look sharp = lflare__look_make(job->iris, 0, 0);
     int32_t i, j;
     for (j = 4 * slice; j < 4 * slice + 4; j++) {
         float *row = job->amplitude + (size_t)j * (size_t)job->across, *core = job->core + (size_t)(j / LFLARE__CORE_SHRINK) * (size_t)(job->across / LFLARE__CORE_SHRINK);
         for (i = 0; i < job->across; i++) {
             float x = texel * ((float)i - middle), y = texel * ((float)j - middle), power = lflare__iris_outline(job->iris, x, y, texel);
             /* the mean amplitude of a texel that an edge crosses is the share that is open; elsewhere that of power is its square */
-            row[i] = (soft ? sqrtf(power) : power) * sqrtf(power > 0 ? lflare__iris_mask(job->iris, x, y, 0) : 0);
+            row[i] = (soft ? sqrtf(power) : power) * sqrtf(power > 0 ? lflare__iris_mask(job->iris, x, y, &sharp) : 0);
             core[i / LFLARE__CORE_SHRINK] += row[i];
             job->energy += (double)row[i] * (double)row[i];
         }
@@ -3698,6 +3795,160 @@ LFLARE_API void lflare_ringing_make(float *out)
         double v = (double)j / (LFLARE_RINGING_BLURS - 1) * (double)(LFLARE__RING_WASHED / (LFLARE__RING_WASHED + 2));
         lflare__ringing_row(knife, 2 * v / (1 - v), out + j * LFLARE_RINGING_SAMPLES);
     }
+}
+
+/* -- masks in ghosts -- */
+
+/* The mask, an amplitude, is carried on by Fresnel's propagator exp(i pi lambda z f^2), lambda z being twice the fringes' length squared in
+   radii, on a grid of 4 x 4 radii. What that would carry farther than two radii is left out: it would come round to the other side. A band
+   of the wavelength, a Gaussian's spread of 5 % as for edges, leaves exp(-(0.05 phase)^2 / 2) of what interferes with the direct light;
+   the rest of the power passes all the same: a second field of its own, which is added as power. */
+enum { LFLARE__FRINGED_GRID = 2 * LFLARE_FRINGED_SIZE, LFLARE__FRINGED_SLICE = 16 };
+
+static float lflare__fringed_ring(int32_t view) { return LFLARE__RING_MOST * exp2f((float)-view / LFLARE__FRINGED_OCTAVE); }
+
+/* Amplitude at a point of the grid, beyond the circumscribed circle that of the circle. */
+static float lflare__fringed_amplitude(const uint8_t *mask, int32_t i, int32_t j)
+{
+    const float texel = 2.0f / (float)LFLARE_FRINGED_SIZE;
+    float x = texel * ((float)(i - LFLARE_FRINGED_SIZE) + 0.5f), y = texel * ((float)(j - LFLARE_FRINGED_SIZE) + 0.5f), r = lflare__maxf(sqrtf(x * x + y * y) / (1 - texel), 1);
+    const uint8_t *at = mask + 2 * ((size_t)((y / r + 1) / texel) * LFLARE_MASK_SIZE + (size_t)((x / r + 1) / texel));
+    return 0.25f / sqrtf(255) * (sqrtf(at[0]) + sqrtf(at[1]) + sqrtf(at[LFLARE_MASK_SIZE]) + sqrtf(at[LFLARE_MASK_SIZE + 1]));
+}
+
+/* Its phase is a sum of those along x and y: factors for 0 to half the grid, in cycles per 4 radii. */
+static void lflare__fringed_factors(float ring, float *out)
+{
+    int32_t k;
+    for (k = 0; k <= LFLARE_FRINGED_SIZE; k++) {
+        double phase = LFLARE__PI * 2 * (double)ring * (double)ring * (k * 0.25) * (k * 0.25);
+        out[2 * k] = (float)cos(phase);
+        out[2 * k + 1] = (float)sin(phase);
+    }
+}
+
+/* What it makes of frequency (k, l), of what interferes or of the rest: a complex number. */
+static void lflare__fringed_propagator(const float *factors, float ring, int rest, int32_t k, int32_t l, float *out)
+{
+    const float *a = factors + 2 * k, *b = factors + 2 * l;
+    float f2 = 0.0625f * (float)(k * k + l * l), phase = 6.28318531f * ring * ring * f2;
+    float fade = lflare__minf(lflare__maxf(4 - 4 * ring * ring * sqrtf(f2), 0), 1), gain = 0;
+    if (fade > 0) {
+        gain = expf(-0.00125f * phase * phase);
+        gain = fade * fade * (3 - 2 * fade) * (rest ? sqrtf(1 - gain * gain) : gain);
+    }
+    out[0] = gain * (a[0] * b[0] - a[1] * b[1]);
+    out[1] = gain * (a[0] * b[1] + a[1] * b[0]);
+}
+
+/* One row of the grid along x, kept as a column. */
+static void lflare__fringed_row(lflare_fringed_job *job, int32_t j)
+{
+    const int32_t n = LFLARE__FRINGED_GRID;
+    const float *z;
+    int32_t i;
+    for (i = 0; i < n; i++) {
+        job->line[2 * i] = lflare__fringed_amplitude(job->mask, i, j);
+        job->line[2 * i + 1] = 0;
+    }
+    z = lflare__fft(job->line, job->line + 2 * n, job->roots, n);
+    for (i = 0; i < n; i++) memcpy(job->spectrum + 2 * ((size_t)i * (size_t)n + (size_t)j), z + 2 * i, 2 * sizeof(float));
+}
+
+/* The spectrum's column, which is one block. */
+static void lflare__fringed_column(lflare_fringed_job *job, int32_t i)
+{
+    const int32_t n = LFLARE__FRINGED_GRID;
+    float *column = job->spectrum + 2 * (size_t)i * (size_t)n, *z = lflare__fft(column, job->line, job->roots, n);
+    if (z != column) memcpy(column, z, sizeof(float) * 2 * (size_t)n);
+}
+
+/* A number of the spectrum times the propagator's, conjugated: the inverse transform is the forward one of conjugates, of which only
+   powers matter. */
+static void lflare__fringed_product(const float *a, const float *h, float *out)
+{
+    out[0] = a[0] * h[0] - a[1] * h[1];
+    out[1] = -(a[0] * h[1] + a[1] * h[0]);
+}
+
+/* A column of a view: the rows of the middle half of it. */
+static void lflare__fringed_view_column(lflare_fringed_job *job, int32_t view, int rest, int32_t i)
+{
+    const int32_t n = LFLARE__FRINGED_GRID, across = i > n / 2 ? n - i : i;
+    const float *column = job->spectrum + 2 * (size_t)i * (size_t)n, *z;
+    float ring = lflare__fringed_ring(view), h[2];
+    int32_t k;
+    if (i == 0) lflare__fringed_factors(ring, job->factors);
+    for (k = 0; k <= n / 2; k++) {
+        lflare__fringed_propagator(job->factors, ring, rest, across, k, h);
+        lflare__fringed_product(column + 2 * k, h, job->line + 2 * k);
+        if (k > 0 && k < n / 2) lflare__fringed_product(column + 2 * (n - k), h, job->line + 2 * (n - k));
+    }
+    z = lflare__fft(job->line, job->line + 2 * n, job->roots, n);
+    for (k = 0; k < n / 2; k++) memcpy(job->field + 2 * ((size_t)k * (size_t)n + (size_t)i), z + 2 * (k + n / 4), 2 * sizeof(float));
+}
+
+/* A row of a view: power, with the rest as bytes. */
+static void lflare__fringed_view_row(lflare_fringed_job *job, int32_t view, int rest, int32_t j)
+{
+    const int32_t n = LFLARE__FRINGED_GRID, width = LFLARE_FRINGED_WIDTH, size = LFLARE_FRINGED_SIZE;
+    const float scale = 127.5f / ((float)n * (float)n);
+    float *row = job->field + 2 * (size_t)j * (size_t)n, *z = lflare__fft(row, job->line, job->roots, n), *light = job->light + (size_t)j * (size_t)size;
+    uint8_t *out = job->out + (size_t)(view / LFLARE_FRINGED_ACROSS * size + j) * (size_t)width + view % LFLARE_FRINGED_ACROSS * size;
+    int32_t i;
+    for (i = 0; i < size; i++) {
+        const float *v = z + 2 * (i + n / 4);
+        float power = scale * (v[0] * v[0] + v[1] * v[1]) / ((float)n * (float)n);
+        light[i] = rest ? light[i] + power : power;
+        if (rest) out[i] = (uint8_t)(lflare__minf(light[i], 255) + 0.5f);
+    }
+}
+
+LFLARE_API lflare_result lflare_fringed_begin(const uint8_t *mask, uint8_t *out, void *work, lflare_fringed_job *job)
+{
+    const size_t n = LFLARE__FRINGED_GRID;
+    if (mask == NULL || out == NULL || work == NULL || job == NULL) return LFLARE_ERROR_ARGUMENT;
+    memset(job, 0, sizeof *job);
+    job->mask = mask;
+    job->out = out;
+    job->spectrum = (float *)work;
+    job->field = job->spectrum + 2 * n * n;
+    job->light = job->field + n * n;
+    job->line = job->light + n * n / 4;
+    job->roots = job->line + 4 * n;
+    job->factors = job->roots + 2 * n;
+    lflare__roots(job->roots, (int32_t)n);
+    return LFLARE_OK;
+}
+
+/* Whose first touch costs the system 10 us a page: in parts, where a row of the grid would touch all of it. */
+static void lflare__fringed_clear(lflare_fringed_job *job, int32_t i)
+{
+    const size_t part = (size_t)13 * LFLARE_FRINGED_SIZE * LFLARE_FRINGED_SIZE / LFLARE__FRINGED_GRID;
+    memset(job->spectrum + (size_t)i * part, 0, sizeof(float) * part);
+}
+
+/* Rows and columns of the mask; columns and rows of each view, and those of the rest. */
+LFLARE_API lflare_result lflare_fringed_step(lflare_fringed_job *job, int32_t slices)
+{
+    enum { CLEAR, ROWS, COLUMNS, VIEWS, LAST = VIEWS + 4 * LFLARE_FRINGED_VIEWS };
+    if (job == NULL || slices < 1 || job->mask == NULL) return LFLARE_ERROR_ARGUMENT;
+    for (; job->phase < LAST; slices--) {
+        int32_t view = (job->phase - VIEWS) / 4, part = (job->phase - VIEWS) % 4, rest = part / 2, rows = job->phase >= VIEWS && part % 2, i;
+        if (slices < 1) return LFLARE_INCOMPLETE;
+        for (i = 0; i < LFLARE__FRINGED_SLICE; i++, job->next++) {
+            if (job->phase == CLEAR) lflare__fringed_clear(job, job->next);
+            else if (job->phase == ROWS) lflare__fringed_row(job, job->next);
+            else if (job->phase == COLUMNS) lflare__fringed_column(job, job->next);
+            else if (!rows) lflare__fringed_view_column(job, view, rest, job->next);
+            else lflare__fringed_view_row(job, view, rest, job->next);
+        }
+        if (job->next < (rows ? LFLARE_FRINGED_SIZE : LFLARE__FRINGED_GRID)) continue;
+        if (rows && rest) lflare__halves(job->out, LFLARE_FRINGED_WIDTH, LFLARE_FRINGED_ACROSS, view);
+        job->phase++;
+        job->next = 0;
+    }
+    return LFLARE_OK;
 }
 
 #endif /* LFLARE_NO_DIFFRACTION */
@@ -6779,7 +7030,8 @@ static float lflare__coverage(const lflare_footprint *fp, int32_t k, const lflar
 {
     lflare__cuts cuts = lflare__uncut;
     const lflare_edge *e = fp->edges;
-    lflare__profile p = lflare__edge_profile(e, k, fp->ringing);
+    lflare__profile p = lflare__edge_profile(e, k, iris->dark_outline ? NULL : fp->ringing);
+    lflare__look look;
     float sign = e->gain[k] < 0 ? -1.0f : 1.0f;
     float ax = e->gain[k] * dx + e->offset[k] * fp->axis[0], ay = e->gain[k] * dy + e->offset[k] * fp->axis[1];
     int32_t i;
@@ -6801,7 +7053,9 @@ static float lflare__coverage(const lflare_footprint *fp, int32_t k, const lflar
     }
     if (iris->mask == NULL) return lflare__both(&cuts);
     e = fp->edges;
-    return lflare__both(&cuts) * lflare__iris_mask(iris, e->gain[k] * dx + e->offset[k] * fp->axis[0], e->gain[k] * dy + e->offset[k] * fp->axis[1], lflare__mask_lod(e->soft[k]));
+    p = lflare__edge_profile(e, k, fp->ringing);
+    look = lflare__look_make(iris, p.soft, p.ring);
+    return lflare__both(&cuts) * lflare__iris_mask(iris, e->gain[k] * dx + e->offset[k] * fp->axis[0], e->gain[k] * dy + e->offset[k] * fp->axis[1], &look);
 }
 
 LFLARE_API float lflare_footprint_coverage(const lflare_footprint *fp, int32_t channel, const lflare_iris *iris, float x, float y)
@@ -6871,8 +7125,8 @@ typedef struct lflare__row_shape {
     lflare__cutter cutters[LFLARE_MAX_BLADES + LFLARE_MAX_EDGES];
     int32_t count;
     lflare__span outer, inner;
-    const lflare_iris *masked; /* NULL: no mask */
-    lflare__cutter iris;       /* where the row meets it */
+    const lflare_iris *iris;
+    lflare__cutter stop;       /* where the row meets it */
 } lflare__row_shape;
 
 static int lflare__row_add(lflare__row_shape *r)
@@ -6890,7 +7144,7 @@ static int lflare__row_shape_make(const lflare_footprint *fp, int32_t channel, c
 {
     int32_t i, k;
     r->count = 0;
-    r->masked = iris->mask != NULL ? iris : NULL;
+    r->iris = iris;
     for (i = 0; i < fp->edge_count; i++) {
         const lflare_edge *e = &fp->edges[i];
         double gain = (double)e->gain[channel], offset = (double)e->offset[channel];
@@ -6904,7 +7158,8 @@ static int lflare__row_shape_make(const lflare_footprint *fp, int32_t channel, c
         edge.sign = gain < 0 ? -1.0f : 1.0f;
         edge.nx = edge.ny = 0;
         edge.line = 0;
-        if (i == 0) r->iris = edge;
+        if (i == 0) r->stop = edge;
+        if (i == 0 && iris->dark_outline) edge.profile = lflare__edge_profile(e, channel, NULL);
         if (i > 0 || iris->blade_count == 0) {
             r->cutters[r->count] = edge;
             if (!lflare__row_add(r)) return 0;
@@ -6932,11 +7187,12 @@ static int lflare__row_shape_make(const lflare_footprint *fp, int32_t channel, c
 static void lflare__row_soft(const lflare__row_shape *r, int32_t from, int32_t to, float irradiance, float *pixels)
 {
     const lflare__cutter *active[LFLARE_MAX_BLADES + LFLARE_MAX_EDGES];
-    float lod = r->masked != NULL ? lflare__mask_lod(r->iris.profile.soft) : 0, open = 1;
+    lflare__look look = lflare__look_make(r->iris, r->stop.profile.soft, r->stop.profile.ring);
+    float open = 1;
     int32_t count = 0, i, x;
     for (i = 0; i < r->count; i++)
         if (r->cutters[i].inner.lo > from || r->cutters[i].inner.hi < to - 1) active[count++] = &r->cutters[i];
-    if (count == 1 && !active[0]->line && r->masked == NULL && !(active[0]->profile.ring > 0)) { /* the usual case, kept simple enough to be vectorised */
+    if (count == 1 && !active[0]->line && r->iris->mask == NULL && !(active[0]->profile.ring > 0)) { /* the usual case, kept simple enough to be vectorised */
         float x0 = (float)active[0]->x0, step = (float)active[0]->step, y2 = (float)(active[0]->y * active[0]->y), inv = 1 / active[0]->profile.soft;
         float radius = (float)active[0]->radius;
         for (x = from; x < to; x++) {
@@ -6956,7 +7212,7 @@ static void lflare__row_soft(const lflare__row_shape *r, int32_t from, int32_t t
                 lflare__cut_circle(&cuts, ax, ay, (float)c->radius, &c->profile, c->sign);
             }
         }
-        if (r->masked != NULL) open = lflare__iris_mask(r->masked, (float)(r->iris.x0 + r->iris.step * x), (float)r->iris.y, lod);
+        if (r->iris->mask != NULL) open = lflare__iris_mask(r->iris, (float)(r->stop.x0 + r->stop.step * x), (float)r->stop.y, &look);
         pixels[(ptrdiff_t)4 * (x - from)] += irradiance * open * lflare__both(&cuts);
     }
 }
@@ -7201,12 +7457,14 @@ static float lflare__rim_coverage(const lflare__triangle *t, int32_t k, const lf
     const lflare__plane *h = t->iris[k];
     lflare__cuts cuts = lflare__uncut;
     lflare__fade fade;
+    lflare__profile profile;
+    lflare__look look;
     float hx = lflare__plane_at(&h[0], x, y), hy = lflare__plane_at(&h[1], x, y), turn, bulge, bend, slope;
     int32_t i;
     fade.soft = o->iris_soft;
     fade.ring = o->waves[k] * lflare__plane_at(&t->iris_ring, x, y);
     fade.softness = iris->softness;
-    fade.ringing = o->ringing;
+    fade.ringing = iris->dark_outline ? NULL : o->ringing;
     for (i = 0; i < iris->blade_count; i++) lflare__cut_iris(&cuts, &fade, h, &iris->blades[i], hx, hy);
     if (iris->blade_count == 0) lflare__cut_iris(&cuts, &fade, h, &round, hx, hy);
     turn = lflare__plane_at(&t->turn, x, y);
@@ -7215,10 +7473,14 @@ static float lflare__rim_coverage(const lflare__triangle *t, int32_t k, const lf
     fade.soft = lflare__plane_at(&t->rim_soft, x, y);
     fade.ring = o->waves[k] * lflare__plane_at(&t->rim_ring, x, y);
     fade.softness = 0;
+    fade.ringing = o->ringing;
     lflare__cut_slope(&cuts, &fade, lflare__plane_at(&t->rim[k], x, y) - 1 - bulge * turn * (1 - turn), t->rim[k].dx - bend * t->turn.dx, t->rim[k].dy - bend * t->turn.dy);
     if (iris->mask == NULL) return lflare__both(&cuts);
     slope = sqrtf(0.5f * (h[0].dx * h[0].dx + h[0].dy * h[0].dy + h[1].dx * h[1].dx + h[1].dy * h[1].dy));
-    return lflare__both(&cuts) * lflare__iris_mask(iris, hx, hy, lflare__mask_lod(o->iris_soft * lflare__minf(slope, 0.6f)));
+    slope = lflare__minf(slope, 0.6f);
+    profile = lflare__profile_make(o->ringing, o->iris_soft * slope, o->waves[k] * lflare__plane_at(&t->iris_ring, x, y) * slope);
+    look = lflare__look_make(iris, profile.soft, profile.ring);
+    return lflare__both(&cuts) * lflare__iris_mask(iris, hx, hy, &look);
 }
 
 /* Corners to pixels; 0 if nothing is lit of rows begin <= row < end. */
@@ -7537,7 +7799,7 @@ typedef struct lflare__glapi {
 #undef LFLARE__GL_MEMBER
 
 enum {
-    LFLARE__GL_UNITS = 5,
+    LFLARE__GL_UNITS = 6,
     LFLARE__GL_ROW = 1024, /* texels of a line of the tables' textures */
     LFLARE__GL_LENS_TEXELS = 4 + 3 * LFLARE_MAX_RIMS,
     LFLARE__GL_SETTINGS_TEXELS = 2 * LFLARE_FIELD_SAMPLES + 2,
@@ -7549,7 +7811,7 @@ enum {
 
 enum { LFLARE__GL_RIM, LFLARE__GL_RIM_FRINGES, LFLARE__GL_FILL, LFLARE__GL_STRIP, LFLARE__GL_ADD, LFLARE__GL_PATCHES, LFLARE__GL_PATCH_RIMS,
        LFLARE__GL_PATCH_FRINGES, LFLARE__GL_PATCHES_MASKED, LFLARE__GL_STARBURST, LFLARE__GL_PROGRAMS };
-enum { LFLARE__GL_LENS, LFLARE__GL_SETTINGS, LFLARE__GL_STRIP_A, LFLARE__GL_STRIP_B, LFLARE__GL_HALF, LFLARE__GL_MESH, LFLARE__GL_MESH_HEADS, LFLARE__GL_ANGULAR, LFLARE__GL_RADIAL, LFLARE__GL_MASK, LFLARE__GL_RINGING, LFLARE__GL_TEXTURES };
+enum { LFLARE__GL_LENS, LFLARE__GL_SETTINGS, LFLARE__GL_STRIP_A, LFLARE__GL_STRIP_B, LFLARE__GL_HALF, LFLARE__GL_MESH, LFLARE__GL_MESH_HEADS, LFLARE__GL_ANGULAR, LFLARE__GL_RADIAL, LFLARE__GL_MASK, LFLARE__GL_RINGING, LFLARE__GL_FRINGED, LFLARE__GL_TEXTURES };
 enum { LFLARE__GL_TO_STRIP_A, LFLARE__GL_TO_STRIP_B, LFLARE__GL_TO_HALF, LFLARE__GL_FRAMEBUFFERS };
 
 /* All state that is touched, in the order of its restoring. Capabilities: enum, who has it, what drawing needs (2: as the
@@ -7634,7 +7896,7 @@ struct lflare_gl {
     lflare__gluint programs[LFLARE__GL_PROGRAMS], textures[LFLARE__GL_TEXTURES], framebuffers[LFLARE__GL_FRAMEBUFFERS];
     lflare__gluint vertex_array, instances, indices, uniforms, sampler;
     lflare__glint enlarge;                  /* location of a uniform */
-    uint64_t lens_hash, settings_hash, mesh_hash, heads_hash, burst_key, mask_hash; /* of what was uploaded */
+    uint64_t lens_hash, settings_hash, mesh_hash, heads_hash, burst_key, mask_hash, fringed_hash; /* of what was uploaded */
     int32_t uploaded;                       /* bit 0: something of the lens, 1: of the settings, 2: meshes, 3: their heads, 4: ringing */
     int32_t strip_lights, strip_now;        /* lights that the strip holds, which of the two strips */
     int32_t full_width, full_height;        /* of the half-size picture, when enlarged; 0 = none */
@@ -7658,47 +7920,83 @@ static const char *const lflare__glsl_add_frag[] = {
 static const char *const lflare__glsl_cuts[] = {
     "uniform highp sampler2D u_ringing;\n"
     "uniform highp sampler2D u_mask;\n"
-    "vec3 t1, t2, c1, c2, nx1, ny1, nx2, ny2;\n"
+    "uniform highp sampler2D u_fringed;\n"
+    "vec3 t1, t2, nx1, ny1, nx2, ny2;\n"
+    "#ifdef FRINGES\n"
+    "vec3 s1, s2, r1, r2;\n"
+    "#endif\n"
     "void uncut()\n"
     "{\n"
-    "t1 = t2 = c1 = c2 = vec3(1.0);\n"
+    "t1 = t2 = vec3(1.0);\n"
     "nx1 = ny1 = nx2 = ny2 = vec3(0.0);\n"
-    "}\n"
-    "vec3 profile_at(Profile p, vec3 d)\n"
-    "{\n"
-    "vec3 t = clamp(d / p.soft, -1.0, 1.0), plain = 0.5 + t * (0.75 - 0.25 * t * t);\n"
     "#ifdef FRINGES\n"
-    "if (p.ring == vec3(0.0)) return plain;\n"
-    "vec3 blur = p.soft / max(p.ring, vec3(1e-20)), u = clamp((d + p.outer) / (p.inner + p.outer), 0.0, 1.0), v = min(blur / (blur + 2.0) * 1.25, 1.0);\n"
-    "u = (u * 255.0 + 0.5) / 256.0;\n"
-    "v = (v * 15.0 + 0.5) / 16.0;\n"
-    "vec3 fringes = vec3(texture(u_ringing, vec2(u.x, v.x)).r, texture(u_ringing, vec2(u.y, v.y)).r, texture(u_ringing, vec2(u.z, v.z)).r);\n"
-    "return plain + min(7.0 * (0.2143 - p.ring), 1.0) * step(vec3(1e-20), p.ring) * (fringes - plain);\n"
-    "#else\n"
-    "return plain;\n"
+    "s1 = s2 = vec3(1.0);\n"
+    "r1 = r2 = vec3(0.0);\n"
     "#endif\n"
     "}\n"
     "void cut(Profile p, vec3 d, vec3 nx, vec3 ny)\n"
     "{\n"
-    "vec3 t = max(d / mix(p.outer, p.inner, greaterThan(d, vec3(0.0))), -1.0), c = profile_at(p, d);\n"
+    "vec3 t = max(d / mix(p.outer, p.inner, greaterThan(d, vec3(0.0))), -1.0);\n"
     "bvec3 first = lessThan(t, t1), second = lessThan(t, t2);\n"
     "t2 = mix(mix(t2, t, second), t1, first);\n"
-    "c2 = mix(mix(c2, c, second), c1, first);\n"
     "nx2 = mix(mix(nx2, nx, second), nx1, first);\n"
     "ny2 = mix(mix(ny2, ny, second), ny1, first);\n"
     "t1 = mix(t1, t, first);\n"
-    "c1 = mix(c1, c, first);\n"
     "nx1 = mix(nx1, nx, first);\n"
     "ny1 = mix(ny1, ny, first);\n"
+    "#ifdef FRINGES\n"
+    "s2 = mix(mix(s2, p.soft, second), s1, first);\n"
+    "r2 = mix(mix(r2, p.ring, second), r1, first);\n"
+    "s1 = mix(s1, p.soft, first);\n"
+    "r1 = mix(r1, p.ring, first);\n"
+    "#endif\n"
     "}\n"
-    "vec3 mask(vec3 x, vec3 y, vec3 soft)\n"
+    "vec3 plain_at(vec3 t)\n"
     "{\n"
-    "vec3 lod = clamp(log2(1.55 * 256.0 * soft), 0.0, 9.0);\n"
-    "return vec3(textureLod(u_mask, vec2(x.x, y.x) * 0.5 + 0.5, lod.x).r, textureLod(u_mask, vec2(x.y, y.y) * 0.5 + 0.5, lod.y).r,\n"
-    "textureLod(u_mask, vec2(x.z, y.z) * 0.5 + 0.5, lod.z).r);\n"
+    "t = clamp(t, -1.0, 1.0);\n"
+    "return 0.5 + t * (0.75 - 0.25 * t * t);\n"
     "}\n"
+    "#ifdef FRINGES\n"
+    "vec3 profile_at(vec3 t, vec3 soft, vec3 ring)\n"
+    "{\n"
+    "vec3 inner = soft + 5.0 * ring, outer = soft + 2.5 * ring, d = t * mix(outer, inner, greaterThan(t, vec3(0.0))), plain = plain_at(d / soft);\n"
+    "if (ring == vec3(0.0)) return plain;\n"
+    "vec3 blur = soft / max(ring, vec3(1e-20)), u = clamp((d + outer) / (inner + outer), 0.0, 1.0), v = min(blur / (blur + 2.0) * 1.25, 1.0);\n"
+    "u = (u * 255.0 + 0.5) / 256.0;\n"
+    "v = (v * 15.0 + 0.5) / 16.0;\n"
+    "vec3 fringes = vec3(texture(u_ringing, vec2(u.x, v.x)).r, texture(u_ringing, vec2(u.y, v.y)).r, texture(u_ringing, vec2(u.z, v.z)).r);\n"
+    "return mix(plain, fringes, greaterThan(ring, vec3(0.0)));\n"
+    "}\n"
+    "#endif\n"
+    "#ifdef FRINGES\n"
+    "float fringed(float view, float lod, vec2 at)\n"
+    "{\n"
+    "float edge = exp2(ceil(lod)) / 512.0;\n"
+    "return 2.0 * textureLod(u_fringed, (vec2(mod(view, 5.0), floor(view / 5.0)) + clamp(at, edge, 1.0 - edge)) / 5.0, lod).r;\n"
+    "}\n"
+    "float mask_at(float x, float y, float soft, float ring)\n"
+    "{\n"
+    "vec2 at = vec2(x, y) * 0.5 + 0.5;\n"
+    "float lod = clamp(log2(0.894 * 256.0 * soft), 0.0, 9.0), plain = textureLod(u_mask, at, lod).r;\n"
+    "if (mod(u_strip.z, 2.0) == 1.0 || ring == 0.0) return plain;\n"
+    "float view = 5.0 * log2(0.4 / ring), fade = clamp(5.8 - 0.2 * view, 0.0, 1.0);\n"
+    "lod = max(lod - 1.0, 0.0);\n"
+    "view = min(view, 24.0);\n"
+    "float first = min(floor(view), 23.0), fine = fringed(first, lod, at);\n"
+    "return mix(plain, mix(fine, fringed(first + 1.0, lod, at), view - first), fade);\n"
+    "}\n"
+    "vec3 mask(vec3 x, vec3 y, Profile p)\n"
+    "{\n"
+    "return vec3(mask_at(x.x, y.x, p.soft.x, p.ring.x), mask_at(x.y, y.y, p.soft.y, p.ring.y), mask_at(x.z, y.z, p.soft.z, p.ring.z));\n"
+    "}\n"
+    "#endif\n"
     "vec3 within()\n"
     "{\n"
+    "#ifdef FRINGES\n"
+    "vec3 c1 = profile_at(t1, s1, r1), c2 = profile_at(t2, s2, r2);\n"
+    "#else\n"
+    "vec3 c1 = plain_at(t1), c2 = plain_at(t2);\n"
+    "#endif\n"
     "vec3 rho = clamp(nx1 * nx2 + ny1 * ny2, -1.0, 1.0), both = c1 * c2;\n"
     "vec3 less = both - rho * (max(min(c1, 1.0) + min(c2, 1.0) - 1.0, 0.0) - both), more = both + rho * (c1 - both);\n"
     "return mix(mix(less, more, greaterThan(rho, vec3(0.0))), c1, greaterThanEqual(t2, vec3(1.0)));\n"
@@ -7721,8 +8019,8 @@ static const char *const lflare__glsl_frame[] = {
     "{\n"
     "Profile p;\n"
     "p.soft = sqrt(soft * soft + vec3(softness * softness)) + vec3(1e-7);\n"
-    "p.ring = ring * sqrt(u_spectrum.xyz / u_spectrum.y);\n"
-    "p.ring *= step(p.soft, 8.0 * p.ring) * step(p.ring, vec3(0.2143));\n"
+    "p.ring = min(ring * sqrt(u_spectrum.xyz / u_spectrum.y), 0.4);\n"
+    "p.ring *= step(p.soft, 8.0 * p.ring);\n"
     "p.inner = p.soft + 5.0 * p.ring;\n"
     "p.outer = p.soft + 2.5 * p.ring;\n"
     "return p;\n"
@@ -7749,7 +8047,7 @@ static const char *const lflare__glsl_ghost_frag[] = {
     "uncut();\n"
     "for (int i = 0; i < count; i++) {\n"
     "vec4 g = v_data[i], o = v_data[5 + i];\n"
-    "Profile p = profile_of(g.w * ratio, vec3(o.w), i == 0 ? u_strip.w : 0.0);\n"
+    "Profile p = profile_of(g.w * ratio, vec3(i == 0 && u_strip.z > 2.0 ? 0.0 : o.w), i == 0 ? u_strip.w : 0.0);\n"
     "vec3 ax = g.xyz * dx + o.xyz * axis.x, ay = g.xyz * dy + o.xyz * axis.y;\n"
     "vec3 side = mix(vec3(1.0), vec3(-1.0), lessThan(g.xyz, vec3(0.0)));\n"
     "if (i > 0 || blades == 0) {\n"
@@ -7766,7 +8064,7 @@ static const char *const lflare__glsl_ghost_frag[] = {
     "if (u_strip.z == 0.0) return within();\n"
     "vec4 g = v_data[0], o = v_data[5];\n"
     "vec3 ax = g.xyz * dx + o.xyz * axis.x, ay = g.xyz * dy + o.xyz * axis.y;\n"
-    "return within() * mask(ax, ay, profile_of(g.w * ratio, vec3(o.w), u_strip.w).soft);\n"
+    "return within() * mask(ax, ay, profile_of(g.w * ratio, vec3(o.w), u_strip.w));\n"
     "#else\n"
     "return within();\n"
     "#endif\n"
@@ -8044,21 +8342,25 @@ static const char *const lflare__glsl_patch_frag[] = {
     "vec3 hx = vec3(v_iris01.xz, v_iris2.x), hy = vec3(v_iris01.yw, v_iris2.y);\n"
     "vec3 xx = dFdx(hx), xy = dFdy(hx), yx = dFdx(hy), yy = dFdy(hy), rim_x = dFdx(v_rim), rim_y = dFdy(v_rim);\n"
     "float turn = fract(v_bulge.x), bend = v_bulge.y * (1.0 - 2.0 * turn);\n"
+    "float ring = u_strip.z > 2.0 ? 0.0 : v_bulge.z;\n"
     "int blades = int(u_spectrum.w);\n"
     "uncut();\n"
     "for (int i = 0; i < max(blades, 1); i++) {\n"
     "vec4 b = blades > 0 ? u_blades[i] : vec4(0.0, 0.0, 0.0, 1.0);\n"
     "if (b.w > 0.0) {\n"
     "vec3 ax = hx + b.x * b.z, ay = hy + b.y * b.z, far = sqrt(ax * ax + ay * ay), inverse = 1.0 / max(far, vec3(1e-20));\n"
-    "cut_slope(far - b.w, (ax * xx + ay * yx) * inverse, (ax * xy + ay * yy) * inverse, v_iris2.w, v_bulge.z, u_strip.w);\n"
+    "cut_slope(far - b.w, (ax * xx + ay * yx) * inverse, (ax * xy + ay * yy) * inverse, v_iris2.w, ring, u_strip.w);\n"
     "} else {\n"
-    "cut_slope(b.x * hx + b.y * hy - b.z, b.x * xx + b.y * yx, b.x * xy + b.y * yy, v_iris2.w, v_bulge.z, u_strip.w);\n"
+    "cut_slope(b.x * hx + b.y * hy - b.z, b.x * xx + b.y * yx, b.x * xy + b.y * yy, v_iris2.w, ring, u_strip.w);\n"
     "}\n"
     "}\n"
     "cut_slope(v_rim - 1.0 - v_bulge.y * turn * (1.0 - turn), rim_x - bend * dFdx(v_bulge.x), rim_y - bend * dFdy(v_bulge.x), v_iris2.z, v_bulge.w, 0.0);\n"
     "vec3 open = within();\n"
     "#ifdef FRINGES\n"
-    "if (u_strip.z > 0.0) open *= mask(hx, hy, v_iris2.w * min(sqrt(0.5 * (xx * xx + xy * xy + yx * yx + yy * yy)), 0.6));\n"
+    "if (u_strip.z > 0.0) {\n"
+    "vec3 slope = min(sqrt(0.5 * (xx * xx + xy * xy + yx * yx + yy * yy)), 0.6);\n"
+    "open *= mask(hx, hy, profile_of(v_iris2.w * slope, v_bulge.z * slope, 0.0));\n"
+    "}\n"
     "#endif\n"
     "o_color = vec4(lit() * open, 0.0);\n"
     "}\n"
@@ -8169,7 +8471,8 @@ static const char *const lflare__glsl_patch_vert[] = {
     "float iris_soft = soft(whole.y), bulge = last(0, direction), widest = sqrt(u_spectrum.x / u_spectrum.y);\n"
     "float inverse = 1.1 / max(scale * last(g_rings - 1, direction) + abs(grown) * whole.z, 1.5 * u_lens.x);\n"
     "vec4 width = vec4(iris_soft, soft(edge_lamp), widest * fringe(edge_shrink, whole.y, scale), widest * fringe(edge_shrink, edge_lamp, scale)) * inverse;\n"
-    "width.zw *= step(width.xy, 8.0 * width.zw) * step(width.zw, vec2(0.2143));\n"
+    "width.zw = min(width.zw, 0.4);\n"
+    "width.zw *= step(width.xy, 8.0 * width.zw);\n"
     "vec2 inner = width.xy + 5.0 * width.zw, outer = width.xy + 2.5 * width.zw;\n"
     "float begin = float(g_rings) * max((split_mesh ? last(g_rings, direction) : edge.w) - max(inner.x, inner.y) - u_strip.w - 0.01, 0.0);\n"
     "float end = float(g_rings) * (1.0 + max(outer.x, outer.y) + u_strip.w + 1.2 * bulge);\n"
@@ -8426,14 +8729,14 @@ typedef struct lflare__gl_source {
 
 static const lflare__gl_source lflare__gl_sources[LFLARE__GL_PROGRAMS] = {
     {"#define RIM\n", lflare__glsl_frame, lflare__glsl_ghost_vert, lflare__glsl_cuts, lflare__glsl_ghost_frag, "lflare_frame", {"u_lens_table", "u_settings_table", "u_visibility", NULL, NULL}},
-    {"#define RIM\n#define FRINGES\n", lflare__glsl_frame, lflare__glsl_ghost_vert, lflare__glsl_cuts, lflare__glsl_ghost_frag, "lflare_frame", {"u_lens_table", "u_settings_table", "u_visibility", "u_mask", "u_ringing"}},
+    {"#define RIM\n#define FRINGES\n", lflare__glsl_frame, lflare__glsl_ghost_vert, lflare__glsl_cuts, lflare__glsl_ghost_frag, "lflare_frame", {"u_lens_table", "u_settings_table", "u_visibility", "u_mask", "u_ringing", "u_fringed"}},
     {"#define INSIDE\n", lflare__glsl_frame, lflare__glsl_ghost_vert, lflare__glsl_cuts, lflare__glsl_ghost_frag, "lflare_frame", {"u_lens_table", "u_settings_table", "u_visibility", NULL, NULL}},
     {"", NULL, lflare__glsl_screen_vert, NULL, lflare__glsl_strip_frag, "lflare_strip", {"u_depth", "u_before", NULL, NULL, NULL}},
     {"", NULL, lflare__glsl_screen_vert, NULL, lflare__glsl_add_frag, NULL, {"u_half_picture", NULL, NULL, NULL, NULL}},
     {"#define PATCH\n", lflare__glsl_frame, lflare__glsl_patch_vert, NULL, lflare__glsl_patch_frag, "lflare_frame", {"u_mesh_table", "u_mesh_heads", "u_visibility", NULL, NULL}},
     {"#define PATCH_RIM\n#define PATCH_STRIP\n", lflare__glsl_frame, lflare__glsl_patch_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_mesh_table", "u_mesh_heads", "u_visibility", NULL, NULL}},
-    {"#define PATCH_RIM\n#define PATCH_STRIP\n#define FRINGES\n", lflare__glsl_frame, lflare__glsl_patch_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_mesh_table", "u_mesh_heads", "u_visibility", "u_mask", "u_ringing"}},
-    {"#define PATCH_RIM\n#define FRINGES\n", lflare__glsl_frame, lflare__glsl_patch_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_mesh_table", "u_mesh_heads", "u_visibility", "u_mask", "u_ringing"}},
+    {"#define PATCH_RIM\n#define PATCH_STRIP\n#define FRINGES\n", lflare__glsl_frame, lflare__glsl_patch_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_mesh_table", "u_mesh_heads", "u_visibility", "u_mask", "u_ringing", "u_fringed"}},
+    {"#define PATCH_RIM\n#define FRINGES\n", lflare__glsl_frame, lflare__glsl_patch_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_mesh_table", "u_mesh_heads", "u_visibility", "u_mask", "u_ringing", "u_fringed"}},
     {"", lflare__glsl_frame, lflare__glsl_starburst_vert, NULL, lflare__glsl_starburst_frag, "lflare_frame", {"u_angular", "u_radial", "u_visibility", NULL, NULL}}};
 
 static lflare_result lflare__gl_shader(lflare_gl *o, lflare__glenum kind, const lflare__gl_source *source, const lflare_gl_desc *desc, lflare_error *error,
@@ -8724,22 +9027,29 @@ static void lflare__gl_upload_starburst(lflare_gl *o, const lflare_starburst *s)
     o->burst_key = s->key + (uint64_t)s->size;
 }
 
-static void lflare__gl_upload_mask(lflare_gl *o, const lflare_tables *t)
+/* A square picture and its halves, one behind the other. */
+static void lflare__gl_upload_levels(lflare_gl *o, lflare__gluint texture, const uint8_t *texels, int32_t size, int32_t levels)
 {
     const lflare__glapi *gl = &o->api;
-    const uint8_t *texels = t->iris.mask;
     int32_t level;
-    if (t->mask_hash == 0 || t->mask_hash == o->mask_hash) return;
     lflare__gl_unpack(o);
-    for (level = 0; level < LFLARE_MASK_LEVELS; level++) {
-        int32_t size = LFLARE_MASK_SIZE >> level;
-        if (level == 0) lflare__gl_texture(gl, o->textures[LFLARE__GL_MASK], &lflare__gl_r8, size, size, texels);
+    for (level = 0; level < levels; level++, size /= 2) {
+        if (level == 0) lflare__gl_texture(gl, texture, &lflare__gl_r8, size, size, texels);
         else gl->TexImage2D(0x0DE1, level, lflare__gl_r8.internal, size, size, 0, lflare__gl_r8.format, lflare__gl_r8.type, texels);
         texels += (size_t)size * (size_t)size;
     }
     gl->TexParameteri(0x0DE1, 0x2801, 0x2703); /* linear between levels too */
-    gl->TexParameteri(0x0DE1, 0x813D, LFLARE_MASK_LEVELS - 1); /* the last */
+    gl->TexParameteri(0x0DE1, 0x813D, levels - 1); /* the last */
+}
+
+static void lflare__gl_upload_mask(lflare_gl *o, const lflare_tables *t)
+{
+    if (t->mask_hash == 0) return;
+    if (t->mask_hash != o->mask_hash) lflare__gl_upload_levels(o, o->textures[LFLARE__GL_MASK], t->iris.mask, LFLARE_MASK_SIZE, LFLARE_MASK_LEVELS);
     o->mask_hash = t->mask_hash;
+    if (t->iris.fringed == NULL || t->mask_hash == o->fringed_hash) return;
+    lflare__gl_upload_levels(o, o->textures[LFLARE__GL_FRINGED], t->iris.fringed, LFLARE_FRINGED_WIDTH, LFLARE_FRINGED_LEVELS);
+    o->fringed_hash = t->mask_hash;
 }
 
 /* Whatever changed since the last draw. */
@@ -8794,7 +9104,7 @@ static size_t lflare__gl_fill_frame(lflare_gl *o, const lflare_tables *t, const 
     u->spectrum[3] = (float)t->iris.blade_count;
     u->strip[0] = (float)o->strip_lights;
     u->strip[1] = 1;
-    u->strip[2] = t->iris.mask != NULL ? 1 : 0;
+    u->strip[2] = t->iris.mask == NULL ? 0.0f : 1.0f + (t->iris.fringed != NULL) + (t->iris.dark_outline ? 2.0f : 0.0f);
     u->strip[3] = t->iris.softness;
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
         u->burst[0][k] = t->starburst_gain[k];
@@ -8888,6 +9198,7 @@ static void lflare__gl_flare(lflare_gl *o, const lflare_tables *t, const lflare_
     gl->BufferData(0x8892, (ptrdiff_t)sizeof(lflare_instance) * f->instance_count, f->instances, 0x88E0);
     lflare__gl_bind_texture(gl, 3, o->textures[LFLARE__GL_MASK], 0);
     lflare__gl_bind_texture(gl, 4, o->textures[LFLARE__GL_RINGING], 0);
+    lflare__gl_bind_texture(gl, 5, o->textures[LFLARE__GL_FRINGED], 0);
     gl->UseProgram(o->programs[!meshes ? LFLARE__GL_FILL : t->iris.mask != NULL ? LFLARE__GL_PATCHES_MASKED : LFLARE__GL_PATCHES]);
     if (meshes) gl->DrawElementsInstanced(0x0004, LFLARE__GL_PATCH, 0x1403, NULL, f->instance_count);
     else gl->DrawArraysInstanced(0x0006, 0, LFLARE__GL_INSIDE, f->instance_count); /* fans */
@@ -9117,6 +9428,10 @@ struct lflare {
     lflare_starburst bursts[2];/* what the shown tables use, and the other: remade, or found again, for the next */
     float *burst_tables[2];
     lflare_starburst_job job;
+    uint8_t *fringed[2];       /* likewise */
+    uint64_t fringed_keys[2];  /* hashes of masks; 0 = not made */
+    int32_t fringing, fringed_last; /* 1 + place of what is being made, 0 = none; that of the last */
+    lflare_fringed_job fringed_job;
     void *work;
     size_t work_bytes;
 #endif
@@ -9147,6 +9462,7 @@ LFLARE_API void lflare_destroy(lflare *o)
 #ifndef LFLARE_NO_DIFFRACTION
     for (i = 0; i < 2; i++) {
         lflare__release(o, o->masks[i], LFLARE_MASK_BYTES);
+        lflare__release(o, o->fringed[i], LFLARE_FRINGED_BYTES);
         lflare__release(o, o->burst_tables[i], sizeof(float) * LFLARE_STARBURST_FLOATS);
     }
     lflare__release(o, o->work, o->work_bytes);
@@ -9246,7 +9562,7 @@ static lflare_result lflare__configure_iris(lflare *o, const lflare_settings *s,
     if (s->starburst_size != 0 && lflare_starburst_bytes(s->starburst_size) == 0)
         return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "starburst_size %i: give 512, 1024, 2048 or 4096, or 0 for 1024", s->starburst_size);
     if (!lflare__masked(&s->mask)) return LFLARE_OK;
-    result = lflare_mask_check(&s->mask, error);
+    result = lflare__mask_check(&s->mask, error);
     if (result != LFLARE_OK || o->masks[!o->current] != NULL) return result;
     o->masks[!o->current] = (uint8_t *)lflare__allocate(o, LFLARE_MASK_BYTES);
     return o->masks[!o->current] != NULL ? LFLARE_OK : lflare__fail(error, LFLARE_ERROR_MEMORY, 0, 0, "out of memory");
@@ -9256,7 +9572,46 @@ static void lflare__release_work(lflare *o)
 {
     lflare__release(o, o->work, o->work_bytes);
     o->work = NULL;
-    o->bursting = 0;
+    o->bursting = o->fringing = 0;
+}
+
+/* The fringed pictures of the mask being configured, likewise found again, or begun. */
+static lflare_result lflare__fringed_begin(lflare *o)
+{
+    lflare_iris *iris = &o->tables[!o->current].iris;
+    const uint8_t *shown = o->tables[o->current].iris.fringed;
+    int32_t place = shown != NULL ? shown == o->fringed[0] : !o->fringed_last, i;
+    uint64_t key = lflare__mask_hash(iris);
+    for (i = 0; i < 2; i++)
+        if (o->fringed_keys[i] == key) {
+            iris->fringed = o->fringed[i];
+            return LFLARE_OK;
+        }
+    if (o->fringed[place] == NULL) o->fringed[place] = (uint8_t *)lflare__allocate(o, LFLARE_FRINGED_BYTES);
+    o->work_bytes = LFLARE_FRINGED_WORK_BYTES;
+    o->work = lflare__allocate(o, o->work_bytes);
+    if (o->fringed[place] == NULL || o->work == NULL) return LFLARE_ERROR_MEMORY;
+    o->fringed_keys[place] = 0;
+    o->fringed_last = place;
+    o->fringing = 1 + place;
+    return lflare_fringed_begin(iris->mask, o->fringed[place], o->work, &o->fringed_job);
+}
+
+/* What remains of `slices` comes back in it. */
+static lflare_result lflare__fringed_step(lflare *o, int32_t *slices)
+{
+    lflare_iris *iris = &o->tables[!o->current].iris;
+    lflare_result result = LFLARE_OK;
+    if (iris->mask == NULL || iris->fringed != NULL || o->settings.no_ringing) return LFLARE_OK;
+    if (!o->fringing) result = lflare__fringed_begin(o);
+    if (o->fringing && result == LFLARE_OK) result = LFLARE_INCOMPLETE;
+    for (; result == LFLARE_INCOMPLETE && *slices > 0; --*slices) result = lflare_fringed_step(&o->fringed_job, 1);
+    if (o->fringing && result == LFLARE_OK) {
+        iris->fringed = o->fringed[o->fringing - 1];
+        o->fringed_keys[o->fringing - 1] = lflare__mask_hash(iris);
+    }
+    if (result != LFLARE_INCOMPLETE) lflare__release_work(o);
+    return result;
 }
 
 /* The starburst of the iris being configured: found again, or begun in the place that the shown tables do not use. */
@@ -9284,8 +9639,15 @@ static lflare_result lflare__mask_step(lflare *o, int32_t *slices)
 {
     enum { ROWS = 4 };
     lflare_tables *t = &o->tables[!o->current];
-    if (!lflare__masked(&o->settings.mask)) return LFLARE_OK;
-    for (; o->next_row < LFLARE_MASK_SIZE && *slices > 0; --*slices, o->next_row += ROWS) lflare_mask_rows(&o->settings.mask, o->masks[!o->current], o->next_row, o->next_row + ROWS);
+    const lflare_mask_desc *d = &o->settings.mask;
+    if (!lflare__masked(d)) return LFLARE_OK;
+    for (; o->next_row < LFLARE_MASK_SIZE && *slices > 0; --*slices, o->next_row += ROWS) {
+        int32_t begin = d->height * o->next_row / LFLARE_MASK_SIZE, end = d->height * (o->next_row + ROWS) / LFLARE_MASK_SIZE; /* as many of the image are checked */
+        float open = 0;
+        lflare_result result = lflare__mask_pixels(d, begin, end, &open, NULL);
+        if (result != LFLARE_OK) return result;
+        lflare_mask_rows(d, o->masks[!o->current], o->next_row, o->next_row + ROWS);
+    }
     if (o->next_row < LFLARE_MASK_SIZE) return LFLARE_INCOMPLETE;
     return t->iris.mask != NULL ? LFLARE_OK : lflare_iris_set_mask(&t->iris, o->masks[!o->current]);
 }
@@ -9314,9 +9676,15 @@ static lflare_result lflare__configure_failed(lflare *o, lflare_result result)
     o->masks[!o->current] = NULL;
     o->tables[!o->current].starburst = NULL;
     for (i = 0; i < 2; i++) {
-        if (o->bursts[i].key != 0) continue;
-        lflare__release(o, o->burst_tables[i], sizeof(float) * LFLARE_STARBURST_FLOATS);
-        o->burst_tables[i] = NULL;
+        if (o->bursts[i].key == 0) {
+            lflare__release(o, o->burst_tables[i], sizeof(float) * LFLARE_STARBURST_FLOATS);
+            o->burst_tables[i] = NULL;
+        }
+        if (o->fringed[i] != o->tables[o->current].iris.fringed) {
+            lflare__release(o, o->fringed[i], LFLARE_FRINGED_BYTES);
+            o->fringed[i] = NULL;
+            o->fringed_keys[i] = 0;
+        }
     }
     return result;
 }
@@ -9378,7 +9746,8 @@ LFLARE_API lflare_result lflare_configure_step(lflare *o, int32_t ghosts)
     o->next_ghost = end;
     if (end < o->lens.ghost_count) return LFLARE_INCOMPLETE;
 #ifndef LFLARE_NO_DIFFRACTION
-    result = lflare__starburst_step(o, ghosts);
+    result = lflare__fringed_step(o, &ghosts);
+    if (result == LFLARE_OK) result = lflare__starburst_step(o, ghosts);
     if (result != LFLARE_OK) return lflare__configure_failed(o, result);
 #endif
     lflare_tables_configure_end(&o->tables[!o->current], &o->settings);
@@ -9394,7 +9763,10 @@ LFLARE_API lflare_result lflare_configure(lflare *o, const lflare_settings *sett
     if (result == LFLARE_OK) result = lflare_configure_step(o, INT32_MAX);
     else return result;
     if (result == LFLARE_ERROR_MEMORY) return lflare__fail(error, result, 0, 0, "out of memory");
-    return result == LFLARE_OK ? result : lflare__fail(error, result, 0, 0, "the mask and the blades together let nothing pass");
+#ifndef LFLARE_NO_DIFFRACTION
+    if (result < 0 && lflare_mask_check(&settings->mask, error) == LFLARE_OK) return lflare__fail(error, result, 0, 0, "the mask and the blades together let nothing pass");
+#endif
+    return result;
 }
 
 LFLARE_API lflare_result lflare_frame(lflare *o, const lflare_view *view, const lflare_light *lights, int32_t light_count)
@@ -9505,7 +9877,7 @@ LFLARE_API lflare_result lflare_file_read(const char *path, lflare_realloc alloc
 #undef LFLARE__RING_INNER
 #undef LFLARE__RING_OUTER
 #undef LFLARE__RING_MOST
-#undef LFLARE__RING_FADE
+#undef LFLARE__FRINGED_OCTAVE
 #undef LFLARE__RING_LEAST
 #undef LFLARE__STARBURST_LEAST
 

@@ -3,7 +3,7 @@ layout(std140) uniform lflare_frame {
     vec4 u_half;       /* half width, half height of the frame on the sensor; sensor point at its middle */
     vec4 u_lens;       /* mm per pixel, EFL, entrance radius, iris radius */
     vec4 u_spectrum;   /* wavelengths in mm; number of blades */
-    vec4 u_strip;      /* lights in the visibility strip, 0 = none counts; gain; the iris has a mask; its softness */
+    vec4 u_strip;      /* lights in the visibility strip, 0 = none counts; gain; the iris has a mask: 1, and 1 with fringes, and 2 dark along the outline; its softness */
     vec4 u_burst[3];   /* starburst: gain, mm of its unit; tail, half thickness of the streak; gain of that, irradiance from which on ghosts have fringes, -1: none has */
     vec4 u_blades[16]; /* normal, distance, arc radius */
     vec4 u_lights[960];/* 240 x (slope, axis)(slope length, field angle, angular radius, image x)(image y, irradiance)(place in the strip, -, reach of starburst, of streak) */
@@ -18,8 +18,8 @@ Profile profile_of(vec3 soft, vec3 ring, float softness)
 {
     Profile p;
     p.soft = sqrt(soft * soft + vec3(softness * softness)) + vec3(1e-7);
-    p.ring = ring * sqrt(u_spectrum.xyz / u_spectrum.y);
-    p.ring *= step(p.soft, 8.0 * p.ring) * step(p.ring, vec3(0.2143));
+    p.ring = min(ring * sqrt(u_spectrum.xyz / u_spectrum.y), 0.4);
+    p.ring *= step(p.soft, 8.0 * p.ring);
     p.inner = p.soft + 5.0 * p.ring;
     p.outer = p.soft + 2.5 * p.ring;
     return p;

@@ -125,7 +125,8 @@ void main()
     float iris_soft = soft(whole.y), bulge = last(0, direction), widest = sqrt(u_spectrum.x / u_spectrum.y);
     float inverse = 1.1 / max(scale * last(g_rings - 1, direction) + abs(grown) * whole.z, 1.5 * u_lens.x);
     vec4 width = vec4(iris_soft, soft(edge_lamp), widest * fringe(edge_shrink, whole.y, scale), widest * fringe(edge_shrink, edge_lamp, scale)) * inverse; /* see lflare__patch_band */
-    width.zw *= step(width.xy, 8.0 * width.zw) * step(width.zw, vec2(0.2143));
+    width.zw = min(width.zw, 0.4);
+    width.zw *= step(width.xy, 8.0 * width.zw);
     vec2 inner = width.xy + 5.0 * width.zw, outer = width.xy + 2.5 * width.zw;
     float begin = float(g_rings) * max((split_mesh ? last(g_rings, direction) : edge.w) - max(inner.x, inner.y) - u_strip.w - 0.01, 0.0);
     float end = float(g_rings) * (1.0 + max(outer.x, outer.y) + u_strip.w + 1.2 * bulge);

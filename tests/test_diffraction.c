@@ -9,6 +9,7 @@
 #include <fftw3.h>
 #define LENSFLARE_IMPLEMENTATION
 #include "lensflare.h"
+#include "fresnel.h"
 
 #define HELIAR "lenses/heliar-tronnier.lens"
 #define PI 3.14159265358979323846
@@ -647,6 +648,81 @@ static void fringes_keep_the_light(void **state)
         }
 }
 
+static double amplitude_of(const void *user, double x, double y)
+{
+    return fabs(x) < 1.01 && fabs(y) < 1.01 ? sqrt((double)lflare_iris_transmission((const lflare_iris *)user, (float)x, (float)y, 1.0f / 256)) : 0;
+}
+
+/* How far what is drawn of an iris is from Fresnel's integral, rms over its inner part, with fringes and without. */
+static void drawn_against_integral(const lflare_iris *iris, const float *ringing, double ring, double *fringed, double *plain)
+{
+    double *exact = fresnel(amplitude_of, iris, ring), sum[2] = {0, 0};
+    int n = 0, x, y, k;
+    for (y = 0; y < 256; y++)
+        for (x = 0; x < 256; x++) {
+            double px = (x + 0.5) / 128 - 1, py = (y + 0.5) / 128 - 1;
+            if (px * px + py * py > 0.72 || lflare_iris_transmission(iris, (float)px, (float)py, 1e-3f) < 0.01f) continue;
+            for (k = 0; k < 2; k++) {
+                lflare_footprint fp;
+                memset(&fp, 0, sizeof fp);
+                fp.axis[0] = 1;
+                fp.edge_count = 1;
+                fp.ringing = ringing;
+                fp.edges[0].gain[1] = 1;
+                fp.edges[0].soft[1] = 0.004f;
+                fp.edges[0].ring[1] = k == 0 ? (float)ring : 0;
+                sum[k] += pow((double)lflare_footprint_coverage(&fp, 1, iris, (float)px, (float)py) - fresnel_at(exact, px, py), 2);
+            }
+            n++;
+        }
+    *fringed = sqrt(sum[0] / n);
+    *plain = sqrt(sum[1] / n);
+    free(exact);
+}
+
+/* Marks in masks, and masks that are the iris, against the integral; corners of blades too, and far below Fresnel numbers of 100. */
+static void fringes_against_fresnel(void **state)
+{
+    static const struct {
+        const char *what;
+        double number, most;
+    } cases[] = {{"five blades", 250, 0.03}, {"five blades", 20, 0.05}, {"eight blades", 10, 0.08}, {"a square", 200, 0.03}, {"a square", 50, 0.04}, {"dust", 600, 0.04}, {"dust", 130, 0.06}, {"dust", 30, 0.1}};
+    static float ringing[LFLARE_RINGING_FLOATS], square[64 * 64];
+    static uint8_t pictures[LFLARE_FRINGED_BYTES];
+    size_t i;
+    int k;
+    (void)state;
+    for (k = 0; k < 64 * 64; k++) square[k] = k % 64 >= 15 && k % 64 < 49 && k / 64 >= 15 && k / 64 < 49 ? 1.0f : 0.0f;
+    lflare_ringing_make(ringing);
+    for (i = 0; i < sizeof cases / sizeof *cases; i++) {
+        int blades = i < 2 ? 5 : i == 2 ? 8 : i < 5 ? 0 : 6;
+        double fringed, plain;
+        lflare_iris iris = iris_of(blades, 0);
+        if (i > 2) {
+            lflare_mask_desc desc;
+            lflare_fringed_job job;
+            void *work = malloc(LFLARE_FRINGED_WORK_BYTES);
+            assert_non_null(work);
+            memset(&desc, 0, sizeof desc);
+            desc.pixels = i < 5 ? square : NULL;
+            desc.width = desc.height = 64;
+            desc.dust_count = i < 5 ? 0 : 30;
+            desc.dust_size = 0.03f;
+            desc.seed = 5;
+            iris = masked(blades, &desc);
+            assert_int_equal(iris.dark_outline, i < 5);
+            assert_int_equal(lflare_fringed_begin(iris.mask, pictures, work, &job), LFLARE_OK);
+            assert_int_equal(lflare_fringed_step(&job, 100), LFLARE_INCOMPLETE);
+            assert_int_equal(lflare_fringed_step(&job, INT32_MAX), LFLARE_OK);
+            iris.fringed = pictures;
+            free(work);
+        }
+        drawn_against_integral(&iris, ringing, 1 / sqrt(2 * cases[i].number), &fringed, &plain);
+        print_message("%s, Fresnel number %.0f: rms %.1f %%, without fringes %.1f %%\n", cases[i].what, cases[i].number, 100 * fringed, 100 * plain);
+        assert_true(fringed < cases[i].most && fringed < 0.5 * plain);
+    }
+}
+
 /* ---- the object ---- */
 
 static int steps_of(lflare *flare, const lflare_settings *settings)
@@ -663,6 +739,7 @@ static void made_once(void **state)
 {
     lflare_settings settings, other;
     lflare *flare;
+    const uint8_t *shown;
     int ghosts;
     (void)state;
     memset(&settings, 0, sizeof settings);
@@ -681,9 +758,18 @@ static void made_once(void **state)
     assert_true(lflare_get_tables(flare)->iris.mask != NULL);
     other.fnumber = 22;
     assert_true(steps_of(flare, &other) <= ghosts + LFLARE_MASK_SIZE / 4 + 1);
-    other.no_starburst = 1;
+    shown = lflare_get_tables(flare)->iris.fringed;
+    assert_non_null(shown);
+    other.no_starburst = other.no_ringing = 1;
     steps_of(flare, &other);
     assert_null(lflare_get_tables(flare)->starburst);
+    assert_null(lflare_get_tables(flare)->iris.fringed);
+    other.no_ringing = 0;
+    other.mask.dust_count = 6;
+    assert_true(steps_of(flare, &other) > ghosts + 1000);
+    other.mask.dust_count = 5; /* the one before */
+    assert_true(steps_of(flare, &other) <= ghosts + LFLARE_MASK_SIZE / 4 + 1);
+    assert_true(lflare_get_tables(flare)->iris.fringed == shown);
     lflare_destroy(flare);
 }
 
@@ -747,7 +833,7 @@ static void allocations_fail(void **state)
         assert_true(lflare_get_tables(flare)->starburst == shown && shown->key == key);
         assert_true(l.bytes == bytes);
     }
-    assert_true(n == 4); /* mask, tables, working memory */
+    assert_true(n == 6); /* mask, its pictures with fringes, the starburst's tables, working memory of either */
     assert_true(lflare_get_tables(flare)->starburst->key != key);
     lflare_destroy(flare);
     assert_true(l.bytes == 0);
@@ -766,6 +852,7 @@ static void bad_masks(void **state)
 {
     static float pixels[512];
     lflare_settings settings, good;
+    lflare_result result;
     lflare *flare;
     int i;
     (void)state;
@@ -787,6 +874,10 @@ static void bad_masks(void **state)
     refused(flare, &settings, "pixel 5, 2");
     pixels[37] = 1.5f;
     refused(flare, &settings, "pixel 5, 2");
+    assert_int_equal(lflare_configure_begin(flare, &settings, NULL), LFLARE_OK); /* in steps, pixels are looked at when their turn comes */
+    while ((result = lflare_configure_step(flare, 1)) == LFLARE_INCOMPLETE) {}
+    assert_int_equal(result, LFLARE_ERROR_ARGUMENT);
+    assert_int_equal(lflare_configure_step(flare, 1), LFLARE_OK); /* that is over */
     memset(pixels, 0, sizeof pixels);
     refused(flare, &settings, "black");
     pixels[0] = 1; /* only the corner, outside the circle */
@@ -1028,7 +1119,8 @@ int main(void)
         cmocka_unit_test(against_fftw),       cmocka_unit_test(half_plane_against_fftw), cmocka_unit_test(airy),
         cmocka_unit_test(square),             cmocka_unit_test(spikes),                  cmocka_unit_test(folded_and_blurred),
         cmocka_unit_test(flux_is_whole),      cmocka_unit_test(fnumbers),                cmocka_unit_test(made_once),
-        cmocka_unit_test(fringes_against_collins), cmocka_unit_test(lamps_wash_fringes_out), cmocka_unit_test(fringes_keep_the_light),
+        cmocka_unit_test(fringes_against_collins), cmocka_unit_test(lamps_wash_fringes_out), cmocka_unit_test(fringes_against_fresnel),
+        cmocka_unit_test(fringes_keep_the_light),
         cmocka_unit_test(allocations_fail),   cmocka_unit_test(bad_masks),               cmocka_unit_test(white_mask),
         cmocka_unit_test(marks),              cmocka_unit_test(ghosts_see_the_mask),     cmocka_unit_test(streaks_and_lights),
     };
