@@ -775,6 +775,8 @@ typedef struct lflare_view {
                               frame, which makes all slopes true */
     lflare_fit fit;
     float centre[2];       /* where the optical axis meets the view, in half-widths and half-heights; 0 0 = the middle */
+    float squeeze;         /* as behind an anamorphic attachment that squeezes the picture sideways by this: ghosts and starbursts, made behind
+                              it, are as many times as wide as they are high, at their places; 1/8 to 8, 0 = 1, none */
     float edge_fade;       /* a light fades out over so many half-heights beyond the frame's edge; 0 = it does not, as in reality */
 } lflare_view;
 
@@ -884,7 +886,8 @@ typedef struct lflare_frame_data {
     int32_t width, height;         /* of the view */
     float half_width, half_height; /* of the frame on the sensor, mm */
     float centre[2];               /* sensor point at the view's middle, mm (minus the picture's own centre offset) */
-    float pixel;                   /* mm per pixel */
+    float pixel_size[2];           /* of a pixel on the sensor, mm: a square unless the view squeezes */
+    float pixel;                   /* side of a square of its area */
     lflare_frame_light *lights;
     int32_t light_capacity, light_count;
     lflare_instance *instances;
@@ -2798,6 +2801,16 @@ static lflare__profile lflare__profile_make(const float *ringing, float soft, fl
     return p;
 }
 
+/* Of an outline that no light comes near, which is the mask's matter: it ends where the fringes of what lies within have faded. */
+static lflare__profile lflare__profile_dark(lflare__profile p)
+{
+#ifndef LFLARE_NO_DIFFRACTION
+    p.inner = p.soft;
+    p.ringing = NULL;
+#endif
+    return p;
+}
+
 /* Share of light at a distance inside the edge: 0 at -outer, 1 at inner; above 1 on fringes. */
 static float lflare__profile_at(const lflare__profile *p, float d)
 {
@@ -2805,6 +2818,7 @@ static float lflare__profile_at(const lflare__profile *p, float d)
     float blur, u, v, f, g;
     const float *a;
     int32_t i, j;
+    if (p->ringing == NULL) return lflare_edge_coverage((d + 0.5f * (p->outer - p->soft)) / (0.5f * (p->outer + p->soft)));
     if (!(p->ring > 0)) return lflare_edge_coverage(d / p->soft);
     blur = p->soft / p->ring;
     u = lflare__minf(lflare__maxf((d + p->outer) / (p->inner + p->outer), 0), 1) * (LFLARE_RINGING_SAMPLES - 1);
@@ -2980,6 +2994,7 @@ static uint64_t lflare__hash(const float *a, size_t a_count, const float *b, siz
 /* 0 without a mask. */
 static uint64_t lflare__mask_hash(const lflare_iris *iris)
 {
+#ifndef LFLARE_NO_DIFFRACTION
     uint64_t hash = 1, part;
     size_t i;
     for (i = 0; iris->mask != NULL && i < (size_t)LFLARE_MASK_SIZE * LFLARE_MASK_SIZE; i += sizeof part) {
@@ -2988,6 +3003,9 @@ static uint64_t lflare__mask_hash(const lflare_iris *iris)
         hash ^= hash >> 32;
     }
     return iris->mask != NULL ? hash | 1 : 0;
+#else
+    return (void)iris, 0;
+#endif
 }
 
 /* >> 9 diffraction */
@@ -3943,7 +3961,7 @@ LFLARE_API lflare_result lflare_fringed_step(lflare_fringed_job *job, int32_t sl
             else if (!rows) lflare__fringed_view_column(job, view, rest, job->next);
             else lflare__fringed_view_row(job, view, rest, job->next);
         }
-        if (job->next < (rows ? LFLARE_FRINGED_SIZE : LFLARE__FRINGED_GRID)) continue;
+        if (job->next < LFLARE__FRINGED_GRID >> rows) continue;
         if (rows && rest) lflare__halves(job->out, LFLARE_FRINGED_WIDTH, LFLARE_FRINGED_ACROSS, view);
         job->phase++;
         job->next = 0;
@@ -6504,7 +6522,7 @@ LFLARE_API void lflare_tables_configure_end(lflare_tables *t, const lflare_setti
 /* Size of the frame on the sensor; how the lens's slope follows from the camera's. */
 static float lflare__frame_size(const lflare_tables *t, const lflare_view *v, lflare_frame_data *f)
 {
-    float w = (float)v->width, h = (float)v->height, tangent = v->fov_y > 0 ? tanf(0.5f * v->fov_y) : 0, half;
+    float w = (float)v->width, h = (float)v->height, tangent = v->fov_y > 0 ? tanf(0.5f * v->fov_y) : 0, squeeze = v->squeeze > 0 ? v->squeeze : 1, half;
     switch (v->fit) {
     case LFLARE_FIT_HEIGHT: half = 0.5f * t->sensor_height; break;
     case LFLARE_FIT_DIAGONAL: half = 0.5f * sqrtf(t->sensor_width * t->sensor_width + t->sensor_height * t->sensor_height) * h / sqrtf(w * w + h * h); break;
@@ -6514,8 +6532,10 @@ static float lflare__frame_size(const lflare_tables *t, const lflare_view *v, lf
     default: half = 0.5f * t->sensor_width * h / w; break;
     }
     f->half_height = half;
-    f->half_width = half * w / h;
-    f->pixel = 2 * half / h;
+    f->half_width = half * w / h / squeeze;
+    f->pixel_size[0] = 2 * f->half_width / w;
+    f->pixel_size[1] = 2 * half / h;
+    f->pixel = sqrtf(f->pixel_size[0] * f->pixel_size[1]);
     f->centre[0] = v->centre[0] * f->half_width;
     f->centre[1] = v->centre[1] * f->half_height;
     f->width = v->width;
@@ -6526,7 +6546,8 @@ static float lflare__frame_size(const lflare_tables *t, const lflare_view *v, lf
 static int lflare__valid_view(const lflare_view *v)
 {
     return v != NULL && v->width > 0 && v->height > 0 && v->width <= 1 << 20 && v->height <= 1 << 20 && v->fov_y >= 0 && v->fov_y < 3.1f &&
-           (int)v->fit >= 0 && v->fit <= LFLARE_FIT_PHYSICAL && fabsf(v->centre[0]) <= 1000 && fabsf(v->centre[1]) <= 1000 && v->edge_fade >= 0;
+           (int)v->fit >= 0 && v->fit <= LFLARE_FIT_PHYSICAL && fabsf(v->centre[0]) <= 1000 && fabsf(v->centre[1]) <= 1000 && v->edge_fade >= 0 &&
+           (v->squeeze == 0 || (v->squeeze >= 0.125f && v->squeeze <= 8));
 }
 
 static int lflare__valid_light(const lflare_light *l)
@@ -6572,6 +6593,7 @@ static float lflare__streak_thickness(const lflare_tables *t, const lflare_frame
 static void lflare__frame_image(const lflare_tables *t, const lflare_frame_data *f, lflare_frame_light *l)
 {
     float x = fabsf(l->image[0] - f->centre[0]) - f->half_width, y = fabsf(l->image[1] - f->centre[1]) - f->half_height;
+    float streak = t->streak_half[0] * f->pixel_size[0] / f->pixel_size[1]; /* as long in the view whatever it squeezes */
 #ifndef LFLARE_NO_DIFFRACTION
     if (t->starburst != NULL && !(l->flags & LFLARE_LIGHT_NO_STARBURST)) {
         float strongest = 0, unit = t->starburst_unit, far = 4 * (f->half_width + f->half_height) + lflare__maxf(x, 0) + lflare__maxf(y, 0);
@@ -6582,7 +6604,7 @@ static void lflare__frame_image(const lflare_tables *t, const lflare_frame_data 
         l->starburst = x < far && y < far ? far : 0;
     }
 #endif
-    if (t->streak_half[0] > 0 && !(l->flags & LFLARE_LIGHT_NO_STREAK) && x < t->streak_half[0] && y < lflare__streak_thickness(t, l, f->pixel)) l->streak = t->streak_half[0];
+    if (t->streak_half[0] > 0 && !(l->flags & LFLARE_LIGHT_NO_STREAK) && x < streak && y < lflare__streak_thickness(t, l, f->pixel)) l->streak = streak;
 }
 
 /* 0 if the light draws nothing. */
@@ -6594,6 +6616,7 @@ static int lflare__frame_light_make(const lflare_tables *t, const lflare_frame_d
     if (!(l->direction[2] < 0)) return 0;
     memset(out, 0, sizeof *out);
     for (k = 0; k < 2; k++) out->slope[k] = slope_scale * l->direction[k] / l->direction[2];
+    out->slope[0] *= f->pixel_size[0] / f->pixel_size[1];
     out->slope_length = sqrtf(out->slope[0] * out->slope[0] + out->slope[1] * out->slope[1]);
     if (!(out->slope_length < 60)) return 0; /* 89 degrees off the axis */
     out->axis[0] = 1;
@@ -7030,11 +7053,11 @@ static float lflare__coverage(const lflare_footprint *fp, int32_t k, const lflar
 {
     lflare__cuts cuts = lflare__uncut;
     const lflare_edge *e = fp->edges;
-    lflare__profile p = lflare__edge_profile(e, k, iris->dark_outline ? NULL : fp->ringing);
-    lflare__look look;
-    float sign = e->gain[k] < 0 ? -1.0f : 1.0f;
+    lflare__profile p = lflare__edge_profile(e, k, fp->ringing);
+    float sign = e->gain[k] < 0 ? -1.0f : 1.0f, open;
     float ax = e->gain[k] * dx + e->offset[k] * fp->axis[0], ay = e->gain[k] * dy + e->offset[k] * fp->axis[1];
     int32_t i;
+    if (iris->dark_outline) p = lflare__profile_dark(p);
     if (iris->blade_count == 0) lflare__cut_circle(&cuts, ax, ay, 1, &p, sign);
     for (i = 0; i < iris->blade_count; i++) {
         const lflare_blade *b = &iris->blades[i];
@@ -7051,11 +7074,17 @@ static float lflare__coverage(const lflare_footprint *fp, int32_t k, const lflar
         p = lflare__edge_profile(e, k, fp->ringing);
         lflare__cut_circle(&cuts, ax, ay, 1, &p, e->gain[k] < 0 ? -1.0f : 1.0f);
     }
-    if (iris->mask == NULL) return lflare__both(&cuts);
-    e = fp->edges;
-    p = lflare__edge_profile(e, k, fp->ringing);
-    look = lflare__look_make(iris, p.soft, p.ring);
-    return lflare__both(&cuts) * lflare__iris_mask(iris, e->gain[k] * dx + e->offset[k] * fp->axis[0], e->gain[k] * dy + e->offset[k] * fp->axis[1], &look);
+    open = lflare__both(&cuts);
+#ifndef LFLARE_NO_DIFFRACTION
+    if (iris->mask != NULL) {
+        lflare__look look;
+        e = fp->edges;
+        p = lflare__edge_profile(e, k, fp->ringing);
+        look = lflare__look_make(iris, p.soft, p.ring);
+        open *= lflare__iris_mask(iris, e->gain[k] * dx + e->offset[k] * fp->axis[0], e->gain[k] * dy + e->offset[k] * fp->axis[1], &look);
+    }
+#endif
+    return open;
 }
 
 LFLARE_API float lflare_footprint_coverage(const lflare_footprint *fp, int32_t channel, const lflare_iris *iris, float x, float y)
@@ -7159,7 +7188,7 @@ static int lflare__row_shape_make(const lflare_footprint *fp, int32_t channel, c
         edge.nx = edge.ny = 0;
         edge.line = 0;
         if (i == 0) r->stop = edge;
-        if (i == 0 && iris->dark_outline) edge.profile = lflare__edge_profile(e, channel, NULL);
+        if (i == 0 && iris->dark_outline) edge.profile = lflare__profile_dark(edge.profile);
         if (i > 0 || iris->blade_count == 0) {
             r->cutters[r->count] = edge;
             if (!lflare__row_add(r)) return 0;
@@ -7228,15 +7257,15 @@ static void lflare__row_edges(const lflare__row_shape *r, int32_t from, int32_t 
 }
 
 /* A footprint of a few pixels: mean of 4 x 4 samples. */
-static void lflare__row_fine(const lflare_footprint *fp, int32_t k, const lflare_iris *iris, double dx0, double dy, double pixel, int32_t from,
+static void lflare__row_fine(const lflare_footprint *fp, int32_t k, const lflare_iris *iris, double dx0, double dy, double wide, double pixel, int32_t from,
                              int32_t to, float *pixels)
 {
-    double middle = dx0 / pixel, reach = (double)fp->radius / pixel + 1;
+    double middle = dx0 / wide, reach = (double)fp->radius / wide + 1;
     int32_t begin = (int32_t)lflare__clamp(floor(middle - reach), from, to), end = (int32_t)lflare__clamp(ceil(middle + reach), from, to), x, i;
     for (x = begin; x < end; x++) {
         float sum = 0;
         for (i = 0; i < 16; i++)
-            sum += lflare__coverage(fp, k, iris, (float)(dx0 - pixel * (x + ((i & 3) - 1.5) * 0.25)), (float)(dy + pixel * ((i >> 2) - 1.5) * 0.25));
+            sum += lflare__coverage(fp, k, iris, (float)(dx0 - wide * x - pixel * ((i & 3) - 1.5) * 0.25), (float)(dy + pixel * ((i >> 2) - 1.5) * 0.25));
         pixels[(ptrdiff_t)4 * (x - from)] += fp->irradiance[k] * sum / 16;
     }
 }
@@ -7246,18 +7275,18 @@ static void lflare__row_channel(const lflare_footprint *fp, int32_t k, const lfl
                                 int32_t to, lflare__row *row, float *pixels)
 {
     float irradiance = fp->irradiance[k];
-    double pixel = (double)f->pixel, dy = sy - (double)fp->centre[k][1];
-    double dx0 = (double)f->centre[0] + (0.5 * f->width - 0.5) * pixel - (double)fp->centre[k][0]; /* screen = -sensor */
+    double wide = (double)f->pixel_size[0], high = (double)f->pixel_size[1], dy = sy - (double)fp->centre[k][1];
+    double dx0 = (double)f->centre[0] + (0.5 * f->width - 0.5) * wide - (double)fp->centre[k][0]; /* screen = -sensor */
     int32_t begin, end, full, rest;
     lflare__row_shape r;
-    if (!(irradiance > 0) || fabs(dy) > (double)fp->radius + pixel) return;
+    if (!(irradiance > 0) || fabs(dy) > (double)fp->radius + high) return;
     if (fp->fine) {
-        lflare__row_fine(fp, k, iris, dx0, dy, pixel, from, to, pixels);
+        lflare__row_fine(fp, k, iris, dx0, dy, wide, (double)f->pixel, from, to, pixels);
         return;
     }
     r.outer.lo = r.inner.lo = from - 1.0;
     r.outer.hi = r.inner.hi = to;
-    if (!lflare__row_shape_make(fp, k, iris, dx0, -pixel, dy, &r)) return;
+    if (!lflare__row_shape_make(fp, k, iris, dx0, -wide, dy, &r)) return;
     begin = (int32_t)lflare__max(floor(r.outer.lo), from);
     end = (int32_t)lflare__min(ceil(r.outer.hi) + 1, to);
     full = rest = end;
@@ -7327,12 +7356,12 @@ LFLARE_API lflare_result lflare_software_rows(const lflare_footprint *footprints
     memset(&row, 0, sizeof row);
     for (y = begin; y < end; y++) {
         float *pixels = image->pixels + stride * (image->bottom_up ? image->height - 1 - y : y);
-        double sy = (double)f->centre[1] + (y + 0.5 - 0.5 * f->height) * (double)f->pixel;
+        double sy = (double)f->centre[1] + (y + 0.5 - 0.5 * f->height) * (double)f->pixel_size[1];
         for (from = 0; from < image->width; from += LFLARE__TILE) {
             int32_t to = from + LFLARE__TILE < image->width ? from + LFLARE__TILE : image->width, used = 0;
             for (i = 0; i < count; i++) {
                 const lflare_footprint *fp = &footprints[i];
-                if (fabs(sy - (double)fp->centre[1][1]) > (double)fp->radius + fabs((double)fp->centre[0][1] - (double)fp->centre[2][1]) + (double)f->pixel) continue;
+                if (fabs(sy - (double)fp->centre[1][1]) > (double)fp->radius + fabs((double)fp->centre[0][1] - (double)fp->centre[2][1]) + (double)f->pixel_size[1]) continue;
                 used = 1;
                 for (k = 0; k < 3; k++) lflare__row_channel(fp, k, iris, f, sy, from, to, &row, pixels + (ptrdiff_t)4 * from + k);
             }
@@ -7424,6 +7453,7 @@ static float lflare__plane_at(const lflare__plane *p, float x, float y) { return
 typedef struct lflare__fade {
     float soft, ring, softness;
     const float *ringing;
+    int32_t dark; /* see lflare__profile_dark */
 } lflare__fade;
 
 /* An edge where the height, `over` beyond it, grows by (gx, gy) a pixel. Next to caustics heights race: a fade as wide as that would
@@ -7432,6 +7462,7 @@ static void lflare__cut_slope(lflare__cuts *cuts, const lflare__fade *fade, floa
 {
     float g = lflare__maxf(sqrtf(gx * gx + gy * gy), 1e-20f), pixels = lflare__minf(g, 0.6f), width = fade->soft * pixels;
     lflare__profile p = lflare__profile_make(fade->ringing, sqrtf(width * width + fade->softness * fade->softness), fade->ring * pixels);
+    if (fade->dark) p = lflare__profile_dark(p);
     lflare__cut(cuts, &p, -over, -gx / g, -gy / g);
 }
 
@@ -7464,7 +7495,8 @@ static float lflare__rim_coverage(const lflare__triangle *t, int32_t k, const lf
     fade.soft = o->iris_soft;
     fade.ring = o->waves[k] * lflare__plane_at(&t->iris_ring, x, y);
     fade.softness = iris->softness;
-    fade.ringing = iris->dark_outline ? NULL : o->ringing;
+    fade.ringing = o->ringing;
+    fade.dark = iris->dark_outline;
     for (i = 0; i < iris->blade_count; i++) lflare__cut_iris(&cuts, &fade, h, &iris->blades[i], hx, hy);
     if (iris->blade_count == 0) lflare__cut_iris(&cuts, &fade, h, &round, hx, hy);
     turn = lflare__plane_at(&t->turn, x, y);
@@ -7473,7 +7505,7 @@ static float lflare__rim_coverage(const lflare__triangle *t, int32_t k, const lf
     fade.soft = lflare__plane_at(&t->rim_soft, x, y);
     fade.ring = o->waves[k] * lflare__plane_at(&t->rim_ring, x, y);
     fade.softness = 0;
-    fade.ringing = o->ringing;
+    fade.dark = 0;
     lflare__cut_slope(&cuts, &fade, lflare__plane_at(&t->rim[k], x, y) - 1 - bulge * turn * (1 - turn), t->rim[k].dx - bend * t->turn.dx, t->rim[k].dy - bend * t->turn.dy);
     if (iris->mask == NULL) return lflare__both(&cuts);
     slope = sqrtf(0.5f * (h[0].dx * h[0].dx + h[0].dy * h[0].dy + h[1].dx * h[1].dx + h[1].dy * h[1].dy));
@@ -7675,14 +7707,14 @@ LFLARE_API lflare_result lflare_software_starbursts(const lflare_tables *t, cons
         for (i = 0; i < f->light_count; i++) {
             const lflare_frame_light *l = &f->lights[i];
             /* from the image of the light, on the sensor, which is the picture turned round */
-            float sensor_y = f->centre[1] - f->half_height + ((float)y + 0.5f) * f->pixel - l->image[1], x0 = f->centre[0] + f->half_width - 0.5f * f->pixel - l->image[0];
-            if (l->streak > 0) lflare__streak_row(t, l, x0, -f->pixel, sensor_y, lflare__streak_thickness(t, l, f->pixel), f->width, pixels);
+            float sensor_y = f->centre[1] - f->half_height + ((float)y + 0.5f) * f->pixel_size[1] - l->image[1], wide = f->pixel_size[0], x0 = f->centre[0] + f->half_width - 0.5f * wide - l->image[0];
+            if (l->streak > 0) lflare__streak_row(t, l, x0, -wide, sensor_y, lflare__streak_thickness(t, l, f->pixel), f->width, pixels);
 #ifndef LFLARE_NO_DIFFRACTION
             if (l->starburst > 0 && fabsf(sensor_y) < l->starburst) {
                 float inverse = 1 / t->starburst_unit, blur = lflare__image_blur(t, l, f->pixel) * inverse, rgb[LFLARE_WAVELENGTHS];
-                int32_t from = (int32_t)lflare__clamp((double)((x0 - l->starburst) / f->pixel), 0, f->width), to = (int32_t)lflare__clamp((double)((x0 + l->starburst) / f->pixel) + 1, 0, f->width);
+                int32_t from = (int32_t)lflare__clamp((double)((x0 - l->starburst) / wide), 0, f->width), to = (int32_t)lflare__clamp((double)((x0 + l->starburst) / wide) + 1, 0, f->width);
                 for (x = from; x < to; x++) {
-                    lflare_starburst_at(t->starburst, (x0 - f->pixel * (float)x) * inverse, sensor_y * inverse, blur, rgb);
+                    lflare_starburst_at(t->starburst, (x0 - wide * (float)x) * inverse, sensor_y * inverse, blur, rgb);
                     for (k = 0; k < LFLARE_WAVELENGTHS; k++) pixels[(ptrdiff_t)4 * x + k] += t->starburst_gain[k] * l->irradiance[k] * rgb[k];
                 }
             }
@@ -7959,8 +7991,9 @@ static const char *const lflare__glsl_cuts[] = {
     "#ifdef FRINGES\n"
     "vec3 profile_at(vec3 t, vec3 soft, vec3 ring)\n"
     "{\n"
-    "vec3 inner = soft + 5.0 * ring, outer = soft + 2.5 * ring, d = t * mix(outer, inner, greaterThan(t, vec3(0.0))), plain = plain_at(d / soft);\n"
-    "if (ring == vec3(0.0)) return plain;\n"
+    "vec3 inner = soft + 5.0 * max(ring, 0.0), outer = soft + 2.5 * abs(ring), d = t * mix(outer, inner, greaterThan(t, vec3(0.0)));\n"
+    "vec3 beyond = 1.25 * max(-ring, 0.0), plain = plain_at((d + beyond) / (soft + beyond));\n"
+    "if (all(lessThanEqual(ring, vec3(0.0)))) return plain;\n"
     "vec3 blur = soft / max(ring, vec3(1e-20)), u = clamp((d + outer) / (inner + outer), 0.0, 1.0), v = min(blur / (blur + 2.0) * 1.25, 1.0);\n"
     "u = (u * 255.0 + 0.5) / 256.0;\n"
     "v = (v * 15.0 + 0.5) / 16.0;\n"
@@ -7999,6 +8032,7 @@ static const char *const lflare__glsl_cuts[] = {
     "#endif\n"
     "vec3 rho = clamp(nx1 * nx2 + ny1 * ny2, -1.0, 1.0), both = c1 * c2;\n"
     "vec3 less = both - rho * (max(min(c1, 1.0) + min(c2, 1.0) - 1.0, 0.0) - both), more = both + rho * (c1 - both);\n"
+    ,
     "return mix(mix(less, more, greaterThan(rho, vec3(0.0))), c1, greaterThanEqual(t2, vec3(1.0)));\n"
     "}\n"
     , NULL};
@@ -8025,6 +8059,12 @@ static const char *const lflare__glsl_frame[] = {
     "p.outer = p.soft + 2.5 * p.ring;\n"
     "return p;\n"
     "}\n"
+    "Profile dark(Profile p)\n"
+    "{\n"
+    "p.ring = -p.ring;\n"
+    "p.inner = p.soft;\n"
+    "return p;\n"
+    "}\n"
     , NULL};
 static const char *const lflare__glsl_ghost_frag[] = {
     "out vec4 o_color;\n"
@@ -8047,7 +8087,8 @@ static const char *const lflare__glsl_ghost_frag[] = {
     "uncut();\n"
     "for (int i = 0; i < count; i++) {\n"
     "vec4 g = v_data[i], o = v_data[5 + i];\n"
-    "Profile p = profile_of(g.w * ratio, vec3(i == 0 && u_strip.z > 2.0 ? 0.0 : o.w), i == 0 ? u_strip.w : 0.0);\n"
+    "Profile p = profile_of(g.w * ratio, vec3(o.w), i == 0 ? u_strip.w : 0.0);\n"
+    "if (i == 0 && u_strip.z > 2.0) p = dark(p);\n"
     "vec3 ax = g.xyz * dx + o.xyz * axis.x, ay = g.xyz * dy + o.xyz * axis.y;\n"
     "vec3 side = mix(vec3(1.0), vec3(-1.0), lessThan(g.xyz, vec3(0.0)));\n"
     "if (i > 0 || blades == 0) {\n"
@@ -8332,29 +8373,30 @@ static const char *const lflare__glsl_patch_frag[] = {
     "in vec4 v_iris2;\n"
     "in vec3 v_rim;\n"
     "in vec4 v_bulge;\n"
-    "void cut_slope(vec3 over, vec3 gx, vec3 gy, float soft, float ring, float softness)\n"
+    "void cut_slope(vec3 over, vec3 gx, vec3 gy, float soft, float ring, float softness, bool is_dark)\n"
     "{\n"
     "vec3 g = max(sqrt(gx * gx + gy * gy), vec3(1e-20)), pixels = min(g, 0.6);\n"
-    "cut(profile_of(soft * pixels, ring * pixels, softness), -over, -gx / g, -gy / g);\n"
+    "Profile p = profile_of(soft * pixels, ring * pixels, softness);\n"
+    "if (is_dark) p = dark(p);\n"
+    "cut(p, -over, -gx / g, -gy / g);\n"
     "}\n"
     "void main()\n"
     "{\n"
     "vec3 hx = vec3(v_iris01.xz, v_iris2.x), hy = vec3(v_iris01.yw, v_iris2.y);\n"
     "vec3 xx = dFdx(hx), xy = dFdy(hx), yx = dFdx(hy), yy = dFdy(hy), rim_x = dFdx(v_rim), rim_y = dFdy(v_rim);\n"
     "float turn = fract(v_bulge.x), bend = v_bulge.y * (1.0 - 2.0 * turn);\n"
-    "float ring = u_strip.z > 2.0 ? 0.0 : v_bulge.z;\n"
     "int blades = int(u_spectrum.w);\n"
     "uncut();\n"
     "for (int i = 0; i < max(blades, 1); i++) {\n"
     "vec4 b = blades > 0 ? u_blades[i] : vec4(0.0, 0.0, 0.0, 1.0);\n"
     "if (b.w > 0.0) {\n"
     "vec3 ax = hx + b.x * b.z, ay = hy + b.y * b.z, far = sqrt(ax * ax + ay * ay), inverse = 1.0 / max(far, vec3(1e-20));\n"
-    "cut_slope(far - b.w, (ax * xx + ay * yx) * inverse, (ax * xy + ay * yy) * inverse, v_iris2.w, ring, u_strip.w);\n"
+    "cut_slope(far - b.w, (ax * xx + ay * yx) * inverse, (ax * xy + ay * yy) * inverse, v_iris2.w, v_bulge.z, u_strip.w, u_strip.z > 2.0);\n"
     "} else {\n"
-    "cut_slope(b.x * hx + b.y * hy - b.z, b.x * xx + b.y * yx, b.x * xy + b.y * yy, v_iris2.w, ring, u_strip.w);\n"
+    "cut_slope(b.x * hx + b.y * hy - b.z, b.x * xx + b.y * yx, b.x * xy + b.y * yy, v_iris2.w, v_bulge.z, u_strip.w, u_strip.z > 2.0);\n"
     "}\n"
     "}\n"
-    "cut_slope(v_rim - 1.0 - v_bulge.y * turn * (1.0 - turn), rim_x - bend * dFdx(v_bulge.x), rim_y - bend * dFdy(v_bulge.x), v_iris2.z, v_bulge.w, 0.0);\n"
+    "cut_slope(v_rim - 1.0 - v_bulge.y * turn * (1.0 - turn), rim_x - bend * dFdx(v_bulge.x), rim_y - bend * dFdy(v_bulge.x), v_iris2.z, v_bulge.w, 0.0, false);\n"
     "vec3 open = within();\n"
     "#ifdef FRINGES\n"
     "if (u_strip.z > 0.0) {\n"

@@ -79,8 +79,8 @@ static void draw(const lflare_footprint *fp, const lflare_iris *iris, const lfla
                     /* the picture is the sensor turned by 180 degrees; rows run downwards */
                     float px = (float)x + ((float)(i % grid) + 0.5f) / (float)grid, py = (float)y + ((float)(i / grid) + 0.5f) / (float)grid;
                     vec d;
-                    d.x = frame->centre[0] - (px - 0.5f * W) * frame->pixel - fp->centre[k][0];
-                    d.y = frame->centre[1] + (py - 0.5f * H) * frame->pixel - fp->centre[k][1];
+                    d.x = frame->centre[0] - (px - 0.5f * W) * frame->pixel_size[0] - fp->centre[k][0];
+                    d.y = frame->centre[1] + (py - 0.5f * H) * frame->pixel_size[1] - fp->centre[k][1];
                     if (d.x * d.x + d.y * d.y < fp->radius * fp->radius * 1.01f) sum += coverage(fp, k, iris, d);
                 }
                 rgba[4 * (y * W + x) + k] += fp->irradiance[k] * sum / (float)(grid * grid);

@@ -38,7 +38,7 @@ static const char help[] =
     "  flare render  LENS -o OUT.png|OUT.pfm [--size WxH] [--angle AX,AY] [--fov DEG] [--fnumber N] [--blades N]\n"
     "                [--rotation DEG] [--curvature 0..1] [--radius MRAD] [--backend software|gl] [--ghosts-only]\n"
     "                [--exposure EV] [--model paraxial|polynomial|reference] [--fit FILE] [--wavelengths N] [--cells N]\n"
-    "                [iris options] [--ringing on|off] [--streak SHARE]\n"
+    "                [iris options] [--ringing on|off] [--streak SHARE] [--squeeze S]\n"
     "      the flare of one light: ghosts with diffraction's fringes at their edges, starburst, and a horizontal streak if asked\n"
     "      for; --ghosts-only: ghosts with plain edges, as rays have them, unless --ringing on. PNG is tone-mapped; PFM holds linear multiples of the light's irradiance. --backend gl\n"
     "      needs no window: EGL draws, or else OSMesa (the environment's GL_HOST=egl or osmesa picks one)\n"
@@ -186,7 +186,7 @@ typedef struct options {
     int json, csv, ghosts_only, gl, reference, wavelengths, cells, has_radius, rays, dust, scratches, grating, seed, ringing;
     int width, height, blades, ghost[2], has_ray;
     double ray[2], lambda;
-    double ax, ay, fov, fnumber, rotation, curvature, radius, exposure, lambda0, angle, softness, streak, sensor_width;
+    double ax, ay, fov, fnumber, rotation, curvature, radius, exposure, lambda0, angle, softness, streak, squeeze, sensor_width;
 } options;
 
 static double number(const char *option, const char *text, double lo, double hi)
@@ -279,6 +279,7 @@ static options parse(int argc, char **argv, const char *allowed, int operands)
         else if (strcmp(name, "--seed") == 0) o.seed = whole_number(name, value, 0, 1000000000);
         else if (strcmp(name, "--softness") == 0) o.softness = number(name, value, 0, 0.5);
         else if (strcmp(name, "--streak") == 0) o.streak = number(name, value, 0, 1);
+        else if (strcmp(name, "--squeeze") == 0) o.squeeze = number(name, value, 0.125, 8);
         else if (strcmp(name, "--width") == 0) o.sensor_width = number(name, value, 1e-6, 1e6);
         else if (strcmp(name, "--model") == 0) read_model(&o, name, value);
         else if (strcmp(name, "--backend") == 0) o.gl = second_choice(name, value, "software", "gl");
@@ -1211,7 +1212,7 @@ static int command_render(int argc, char **argv)
     static lflare_lens lens;
     options o = parse(argc, argv,
                       " -o --size --angle --fov --fnumber --blades --rotation --curvature --radius --model --backend --ghosts-only --exposure "
-                      "--wavelengths --cells --fit " IRIS_OPTIONS "--streak --ringing ", 1);
+                      "--wavelengths --cells --fit " IRIS_OPTIONS "--streak --squeeze --ringing ", 1);
     lflare_desc desc = {0};
     lflare_view view = {0};
     lflare_light light = {0};
@@ -1243,6 +1244,7 @@ static int command_render(int argc, char **argv)
     if (lflare_create(&desc, &flare, &error) != LFLARE_OK) complain("%s: %s", o.operands[0], error.text);
     view.width = o.width;
     view.height = o.height;
+    view.squeeze = (float)o.squeeze;
     view.fov_y = (float)(o.fov * DEGREE);
     view.fit = o.fov > 0 ? LFLARE_FIT_PHYSICAL : LFLARE_FIT_WIDTH;
     light.direction[0] = (float)tan(o.ax * DEGREE);

@@ -48,8 +48,9 @@ vec3 plain_at(vec3 t)
 /* lflare__profile_at, at a distance over reach */
 vec3 profile_at(vec3 t, vec3 soft, vec3 ring)
 {
-    vec3 inner = soft + 5.0 * ring, outer = soft + 2.5 * ring, d = t * mix(outer, inner, greaterThan(t, vec3(0.0))), plain = plain_at(d / soft);
-    if (ring == vec3(0.0)) return plain;
+    vec3 inner = soft + 5.0 * max(ring, 0.0), outer = soft + 2.5 * abs(ring), d = t * mix(outer, inner, greaterThan(t, vec3(0.0)));
+    vec3 beyond = 1.25 * max(-ring, 0.0), plain = plain_at((d + beyond) / (soft + beyond));
+    if (all(lessThanEqual(ring, vec3(0.0)))) return plain;
     vec3 blur = soft / max(ring, vec3(1e-20)), u = clamp((d + outer) / (inner + outer), 0.0, 1.0), v = min(blur / (blur + 2.0) * 1.25, 1.0);
     u = (u * 255.0 + 0.5) / 256.0;
     v = (v * 15.0 + 0.5) / 16.0;

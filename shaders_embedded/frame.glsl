@@ -24,3 +24,11 @@ Profile profile_of(vec3 soft, vec3 ring, float softness)
     p.outer = p.soft + 2.5 * p.ring;
     return p;
 }
+
+/* lflare__profile_dark, told by the fringes' sign */
+Profile dark(Profile p)
+{
+    p.ring = -p.ring;
+    p.inner = p.soft;
+    return p;
+}

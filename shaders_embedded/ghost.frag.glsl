@@ -23,7 +23,8 @@ vec3 coverage(vec2 position)
     uncut();
     for (int i = 0; i < count; i++) {
         vec4 g = v_data[i], o = v_data[5 + i];
-        Profile p = profile_of(g.w * ratio, vec3(i == 0 && u_strip.z > 2.0 ? 0.0 : o.w), i == 0 ? u_strip.w : 0.0);
+        Profile p = profile_of(g.w * ratio, vec3(o.w), i == 0 ? u_strip.w : 0.0);
+        if (i == 0 && u_strip.z > 2.0) p = dark(p);
         vec3 ax = g.xyz * dx + o.xyz * axis.x, ay = g.xyz * dy + o.xyz * axis.y;
         vec3 side = mix(vec3(1.0), vec3(-1.0), lessThan(g.xyz, vec3(0.0)));
         if (i > 0 || blades == 0) {

@@ -1280,6 +1280,50 @@ static void light_is_linear(void **state)
     lflare_destroy(flare);
 }
 
+static double place_of_image(const lflare *flare) /* in half-widths */
+{
+    const lflare_frame_data *f = lflare_get_frame(flare);
+    return ((double)f->centre[0] - (double)f->lights[0].image[0]) / (double)f->half_width;
+}
+
+/* A squeezed view shows what one with square pixels and as many times fewer columns shows of the light where the attachment puts it. */
+static void squeezed(void **state)
+{
+    enum { W = 640, H = 360 };
+    static const float bad[3] = {-1, 100, (float)NAN};
+    lflare_settings settings = raw_at(8);
+    lflare *flare;
+    lflare_view view = view_of(W, H), half = view_of(W / 2, H);
+    lflare_light light = light_at(0.12, 0.06), seen = light_at(0.06, 0.06);
+    lflare_image wide, narrow;
+    double apart = 0, all = 0, place;
+    int i;
+    (void)state;
+    settings.blades = 6;
+    flare = open_lens(HELIAR, &settings);
+    view.fit = half.fit = LFLARE_FIT_HEIGHT;
+    view.squeeze = 2;
+    wide = picture(flare, &view, &light, 1);
+    place = place_of_image(flare);
+    narrow = picture(flare, &half, &seen, 1);
+    for (i = 0; i < W / 2 * H; i++) {
+        double a = 0.5 * (double)(wide.pixels[8 * i + 1] + wide.pixels[8 * i + 5]), b = (double)narrow.pixels[4 * i + 1];
+        apart += (a - b) * (a - b);
+        all += b * b;
+    }
+    if (!(apart < 1e-3 * all)) fail_msg("squeezed and narrow are %.2g apart", sqrt(apart / all)); /* edges are a pixel wide, which differs */
+    view.squeeze = 0;
+    assert_int_equal(lflare_frame(flare, &view, &light, 1), LFLARE_OK);
+    assert_true(fabs(place / place_of_image(flare) - 1) < 1e-5); /* the light stays where it is */
+    for (i = 0; i < 3; i++) {
+        view.squeeze = bad[i];
+        assert_int_equal(lflare_frame(flare, &view, &light, 1), LFLARE_ERROR_ARGUMENT);
+    }
+    free(wide.pixels);
+    free(narrow.pixels);
+    lflare_destroy(flare);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -1309,6 +1353,7 @@ int main(void)
         cmocka_unit_test(budget),
         cmocka_unit_test(odd_stops_render),
         cmocka_unit_test(light_is_linear),
+        cmocka_unit_test(squeezed),
     };
     return cmocka_run_group_tests(tests, setup, NULL);
 }
