@@ -256,6 +256,10 @@ enum {
     LFLARE_FIELD_FLOATS = 8,   /* of one sample */
     LFLARE_STYLE_FLOATS = 8,
     LFLARE_MESH_HEAD_FLOATS = 8,
+    LFLARE_SURFACE_FLOATS = 12,
+    LFLARE_OUTLINE_KNOTS = 12,   /* field angles at which traced ghosts' outlines are kept; */
+    LFLARE_OUTLINE_SIDES = 17,   /* directions, over half a turn */
+    LFLARE_OUTLINE_FLOATS = 8 + LFLARE_OUTLINE_KNOTS * (12 + 4 * LFLARE_OUTLINE_SIDES),
     LFLARE_PATCH_DIRECTIONS = 9, /* vertices of a patch of a mesh: round its inside and its rim, */
     LFLARE_PATCH_RINGS = 5,      /* outwards in the inside, */
     LFLARE_PATCH_BANDS = 3       /* and in the rim */
@@ -711,7 +715,8 @@ LFLARE_API lflare_result lflare_aberration_ray(const void *fit, int32_t ghost, i
 typedef enum lflare_model {
     LFLARE_MODEL_AUTO = 0,   /* polynomial if there is a fit, else paraxial */
     LFLARE_MODEL_PARAXIAL,   /* undistorted ghosts (LE 3) */
-    LFLARE_MODEL_POLYNOMIAL  /* near enough to exact rays; needs a fit */
+    LFLARE_MODEL_POLYNOMIAL, /* near enough to exact rays; needs a fit */
+    LFLARE_MODEL_TRACED      /* exact rays, traced anew each frame at every vertex (H 4); not with LFLARE_NO_TRACE. Software only, so far */
 } lflare_model;
 
 /* Changes one ghost, by its surface pair counted from 1 as in tables and patents. All zeroes changes nothing. */
@@ -804,7 +809,8 @@ typedef struct lflare_cull {
 
 /* Everything a renderer reads. Pointers are the caller's; see THE TABLES above for the rows. */
 typedef struct lflare_tables {
-    int32_t ghost_count, surface_count;
+    int32_t ghost_count, surface_count, stop; /* stop: its surface */
+    float sensor_z;         /* from the vertex of the first surface, mm */
     float sensor_width, sensor_height, efl, entrance_radius; /* entrance_radius: of the first surface */
     float wavelengths[LFLARE_WAVELENGTHS];
     /* lens: filled by lflare_tables_prepare */
@@ -813,6 +819,8 @@ typedef struct lflare_tables {
     float *rims;            /* [ghost_count * LFLARE_MAX_RIMS * LFLARE_RIM_FLOATS] */
     float *film;            /* [surface_count * LFLARE_FILM_SAMPLES * 4] */
     float *index;           /* [surface_count * 4]: behind each surface, 0 */
+    float *surface;         /* [surface_count * LFLARE_SURFACE_FLOATS]: z of the vertex, curvature, clear semi-diameter, 1 + conic constant; aspheric
+                               terms r^2 to r^16 as the sag at the rim that each makes, mm */
     float *transmission;    /* [LFLARE_WAVELENGTHS]: of the lens for the light's own image, on its axis */
     float *ringing;         /* [LFLARE_RINGING_FLOATS]: see lflare_ringing_make; NULL with LFLARE_NO_DIFFRACTION */
     const uint8_t *fit;     /* checked; NULL: there is none */
@@ -822,10 +830,12 @@ typedef struct lflare_tables {
     float *mesh_head;       /* [ghost_count * LFLARE_MESH_HEAD_FLOATS]; NULL where there is no fit, or the model is paraxial */
     float *mesh;            /* [mesh_texels * 4] */
     size_t mesh_texels;
+    float *outline;         /* [ghost_count * LFLARE_OUTLINE_FLOATS]: where traced ghosts' rays pass; for that model, set by the caller before
+                               configure_begin */
     float *rank;            /* [ghost_count * 2]: peak flux; mean irradiance over the frame at the exposure's reference */
     lflare_cull *cull;      /* [ghost_count], the first active_count in use, strongest first */
     int32_t active_count, ghost_budget;
-    lflare_model model;     /* in force: paraxial or polynomial */
+    lflare_model model;     /* in force, not LFLARE_MODEL_AUTO */
     int32_t fringes;        /* 1: edges have them */
     float exposure;         /* gain on the lights' colour */
     float mean_irradiance;  /* over the frame, of a light of 1 at the exposure's reference, without exposure */
@@ -1133,6 +1143,9 @@ LFLARE_API int32_t lflare_version(void);
 #endif
 
 #define LFLARE__PI 3.14159265358979323846
+#if !defined(LFLARE_NO_ABERRATION) || !defined(LFLARE_NO_TRACE)
+#define LFLARE__PATCHES /* ghosts as patches of triangles */
+#endif
 
 static double lflare__min(double a, double b) { return a < b ? a : b; }
 static double lflare__max(double a, double b) { return a > b ? a : b; }
@@ -2978,6 +2991,20 @@ static int lflare__look_make(const lflare_iris *iris, float soft, float ring) { 
 static float lflare__iris_mask(const lflare_iris *iris, float x, float y, const int *look) { return (void)iris, (void)x, (void)y, (void)look, 1.0f; }
 #endif
 
+#ifdef LFLARE__PATCHES
+/* The largest disc within the blades, in radii. */
+static float lflare__iris_inscribed(const lflare_iris *iris)
+{
+    float least = 1;
+    int32_t i;
+    for (i = 0; i < iris->blade_count; i++) {
+        const lflare_blade *b = &iris->blades[i];
+        least = lflare__minf(least, b->arc > 0 ? b->arc - b->distance : b->distance);
+    }
+    return least;
+}
+#endif
+
 /* Tells two arrays of rows apart by content: addresses and counters come again when objects do. Even numbers of floats. */
 static uint64_t lflare__hash(const float *a, size_t a_count, const float *b, size_t b_count)
 {
@@ -3972,6 +3999,20 @@ LFLARE_API lflare_result lflare_fringed_step(lflare_fringed_job *job, int32_t sl
 #endif /* LFLARE_NO_DIFFRACTION */
 
 /* >> 10 aberration */
+
+/* Where rays land farther out than this, in sensor sizes from the axis, they do not matter. */
+#define LFLARE__FIT_REACH 0.75
+
+#ifdef LFLARE__PATCHES
+/* Knots stand closer towards the angle where the ghost hides: its last sliver narrows with the root of what is left. */
+static float lflare__knot_of(float angle, float hidden, int32_t count) { return (1 - sqrtf(lflare__maxf(1 - angle / hidden, 0))) * (float)(count - 1); }
+static float lflare__knot_angle(int32_t knot, float hidden, int32_t count)
+{
+    float rest = 1 - (float)knot / (float)(count - 1);
+    return hidden * (1 - rest * rest);
+}
+#endif
+
 #ifndef LFLARE_NO_ABERRATION
 /* The fit of a lens: what exact rays do, as polynomials. Per ghost and at LFLARE__KNOTS field angles, in the light's frame (x
    along its slope), polynomials of the entrance point about the middle of the bundle that passes: the places where a ray meets
@@ -3995,9 +4036,6 @@ enum {
     LFLARE__FIT_HEAD = 32,                 /* magic, version, ghosts, size; hashes of lens and content */
     LFLARE__FIT_ROW = 28                   /* offset, angle where hidden; order, rims, level, bits; steps of the rims; error */
 };
-
-/* Where rays land farther out than this, in sensor sizes from the axis, they do not matter. */
-#define LFLARE__FIT_REACH 0.75
 
 /* Terms x^i y^2j with i + 2j <= order, by total degree: a lower order is a prefix. Odd ones are y times those of order - 1. */
 static int32_t lflare__terms(int32_t order) { return (order / 2 + 1) * ((order + 1) / 2 + 1); }
@@ -4114,14 +4152,6 @@ static int32_t lflare__cubic_shares(float at, int32_t count, float *share)
     share[2] = -f * (f - 1) * (f - 3) / 2;
     share[3] = f * (f - 1) * (f - 2) / 6;
     return i;
-}
-
-/* Knots stand closer towards the angle where the ghost hides: its last sliver narrows with the root of what is left. */
-static float lflare__knot_of(float angle, float hidden, int32_t count) { return (1 - sqrtf(lflare__maxf(1 - angle / hidden, 0))) * (float)(count - 1); }
-static float lflare__knot_angle(int32_t knot, float hidden, int32_t count)
-{
-    float rest = 1 - (float)knot / (float)(count - 1);
-    return hidden * (1 - rest * rest);
 }
 
 static void lflare__bundle_at(const lflare__fit_ghost *g, float angle, lflare__bundle *out)
@@ -4555,6 +4585,93 @@ LFLARE_API lflare_fate lflare_path_trace(const lflare_path *path, const double e
     return LFLARE_RAY_ARRIVES;
 }
 
+/* -- the rays that a ghost lets through -- */
+
+/* A ghost's paths, and what else stops rays: the iris, and that they land too far off to matter. */
+typedef struct lflare__finder {
+    const lflare_lens *lens;
+    double iris, reach;               /* radii on the stop plane and on the sensor, mm */
+    lflare_path paths[LFLARE_WAVELENGTHS];
+} lflare__finder;
+
+static void lflare__finder_make(lflare__finder *f, const lflare_lens *lens, lflare_pair pair, double iris)
+{
+    int32_t k;
+    f->lens = lens;
+    f->iris = iris;
+    f->reach = LFLARE__FIT_REACH * lflare__max(lens->sensor_width, lens->sensor_height);
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
+        lflare_path_make(lens, lflare__rgb_nm[k], &pair, &f->paths[k]);
+        f->paths[k].unweighted = 1;
+    }
+}
+
+/* How closed the lens is to a ray: up to 1 it passes and lands near the frame, above 4 it never arrives. */
+static double lflare__closed(lflare__finder *f, int32_t k, double x, double y, double slope, lflare_ray *ray, lflare_hit *hits)
+{
+    double entrance[2], u[2], stop;
+    entrance[0] = x;
+    entrance[1] = y;
+    u[0] = slope;
+    u[1] = 0;
+    if (lflare_path_trace(&f->paths[k], entrance, u, ray, hits) != LFLARE_RAY_ARRIVES) return 5 - (double)ray->steps / f->paths[k].step_count;
+    stop = sqrt(ray->stop[0] * ray->stop[0] + ray->stop[1] * ray->stop[1]) / f->iris;
+    stop = lflare__max(stop, sqrt(ray->sensor[0] * ray->sensor[0] + ray->sensor[1] * ray->sensor[1]) / f->reach);
+    return lflare__min(lflare__max(stop, ray->relative), 4);
+}
+
+/* The least closed ray of the meridional plane, to begin with of 2 `count` + 1: heights are nearly linear in x, so the greatest of
+   them is nearly convex. Looks no further once `enough` is met. */
+static double lflare__least_closed_of(lflare__finder *f, double slope, int32_t count, double enough, double *at)
+{
+    const lflare_surface *front = &f->lens->prescription.surfaces[0];
+    double reach = front->semi_diameter + fabs(lflare_sag(front, front->semi_diameter)) * slope, best = 9, step = reach / count;
+    lflare_ray ray;
+    int32_t i;
+    for (i = -count; i <= count; i++) {
+        double c = lflare__closed(f, 1, i * step, 0, slope, &ray, NULL);
+        if (c < best) {
+            best = c;
+            *at = i * step;
+        }
+    }
+    for (i = 0; i < 24 && best > enough && best < 5; i++) { /* walk to the lower side, halving */
+        double x = *at, lo, hi;
+        step *= 0.6;
+        lo = lflare__closed(f, 1, x - step, 0, slope, &ray, NULL);
+        hi = lflare__closed(f, 1, x + step, 0, slope, &ray, NULL);
+        if (lo < best) best = lo, *at = x - step;
+        if (hi < best) best = hi, *at = x + step;
+    }
+    return best;
+}
+
+/* Bundles much narrower than the front element want a closer look. */
+static double lflare__least_closed(lflare__finder *f, double slope, double enough, double *at)
+{
+    double best = lflare__least_closed_of(f, slope, 10, enough, at);
+    return best > 1 ? lflare__least_closed_of(f, slope, 36, enough, at) : best;
+}
+
+/* The field angle from which on nothing passes; a ghost that comes again farther out is not followed. */
+static double lflare__find_hidden(lflare__finder *f)
+{
+    double x, lo = 0, hi = 1.3;
+    int32_t i;
+    if (lflare__least_closed(f, 0, 1, &x) > 1) return 0;
+    for (i = 1; i <= 13; i++) {
+        hi = 0.1 * i;
+        if (lflare__least_closed(f, tan(hi), 1, &x) > 1) break;
+        lo = hi;
+    }
+    for (i = 0; i < 11 && lo < hi; i++) {
+        double middle = 0.5 * (lo + hi);
+        if (lflare__least_closed(f, tan(middle), 1, &x) <= 1) lo = middle;
+        else hi = middle;
+    }
+    return lo; /* where rays still pass, up to total reflection perhaps */
+}
+
 #ifndef LFLARE_NO_ABERRATION
 /* -- fitting the polynomials of room "aberration" to exact rays -- */
 
@@ -4585,9 +4702,8 @@ typedef struct lflare__fit_knot {
 
 /* All that fitting needs: about 6 MB. */
 typedef struct lflare__fitter {
-    const lflare_lens *lens;
-    double reach, pixel;              /* mm */
-    lflare_path paths[LFLARE_WAVELENGTHS];
+    lflare__finder find;
+    double pixel;                     /* mm */
     lflare_hit hits[LFLARE_MAX_STEPS];
     lflare__fit_knot knots[LFLARE__KNOTS];
     float film[LFLARE_MAX_SURFACES * LFLARE_FILM_SAMPLES * 4];
@@ -4597,72 +4713,6 @@ typedef struct lflare__fitter {
     lflare__bundle bundles[LFLARE__KNOTS];
 } lflare__fitter;
 
-/* How closed the lens is to a ray: up to 1 it passes and lands near the frame, above 4 it never arrives. */
-static double lflare__closed(lflare__fitter *f, int32_t k, double x, double y, double slope, lflare_ray *ray, lflare_hit *hits)
-{
-    double entrance[2], u[2], stop;
-    entrance[0] = x;
-    entrance[1] = y;
-    u[0] = slope;
-    u[1] = 0;
-    if (lflare_path_trace(&f->paths[k], entrance, u, ray, hits) != LFLARE_RAY_ARRIVES) return 5 - (double)ray->steps / f->paths[k].step_count;
-    stop = sqrt(ray->stop[0] * ray->stop[0] + ray->stop[1] * ray->stop[1]) / f->lens->prescription.surfaces[f->lens->stop].semi_diameter;
-    stop = lflare__max(stop, sqrt(ray->sensor[0] * ray->sensor[0] + ray->sensor[1] * ray->sensor[1]) / f->reach);
-    return lflare__min(lflare__max(stop, ray->relative), 4);
-}
-
-/* The least closed ray of the meridional plane, to begin with of 2 `count` + 1: heights are nearly linear in x, so the greatest of
-   them is nearly convex. Looks no further once `enough` is met. */
-static double lflare__least_closed_of(lflare__fitter *f, double slope, int32_t count, double enough, double *at)
-{
-    const lflare_surface *front = &f->lens->prescription.surfaces[0];
-    double reach = front->semi_diameter + fabs(lflare_sag(front, front->semi_diameter)) * slope, best = 9, step = reach / count;
-    lflare_ray ray;
-    int32_t i;
-    for (i = -count; i <= count; i++) {
-        double c = lflare__closed(f, 1, i * step, 0, slope, &ray, NULL);
-        if (c < best) {
-            best = c;
-            *at = i * step;
-        }
-    }
-    for (i = 0; i < 24 && best > enough && best < 5; i++) { /* walk to the lower side, halving */
-        double x = *at, lo, hi;
-        step *= 0.6;
-        lo = lflare__closed(f, 1, x - step, 0, slope, &ray, NULL);
-        hi = lflare__closed(f, 1, x + step, 0, slope, &ray, NULL);
-        if (lo < best) best = lo, *at = x - step;
-        if (hi < best) best = hi, *at = x + step;
-    }
-    return best;
-}
-
-/* Bundles much narrower than the front element want a closer look. */
-static double lflare__least_closed(lflare__fitter *f, double slope, double enough, double *at)
-{
-    double best = lflare__least_closed_of(f, slope, 10, enough, at);
-    return best > 1 ? lflare__least_closed_of(f, slope, 36, enough, at) : best;
-}
-
-/* The field angle from which on nothing passes; a ghost that comes again farther out is not followed. */
-static double lflare__fit_hidden(lflare__fitter *f)
-{
-    double x, lo = 0, hi = 1.3;
-    int32_t i;
-    if (lflare__least_closed(f, 0, 1, &x) > 1) return 0;
-    for (i = 1; i <= 13; i++) {
-        hi = 0.1 * i;
-        if (lflare__least_closed(f, tan(hi), 1, &x) > 1) break;
-        lo = hi;
-    }
-    for (i = 0; i < 11 && lo < hi; i++) {
-        double middle = 0.5 * (lo + hi);
-        if (lflare__least_closed(f, tan(middle), 1, &x) <= 1) lo = middle;
-        else hi = middle;
-    }
-    return lo; /* where rays still pass, up to total reflection perhaps */
-}
-
 /* From a ray that passes, along (dx, dy), to the fit's margin: how far. */
 static double lflare__fit_extent(lflare__fitter *f, double x, double y, double dx, double dy, double far, double slope)
 {
@@ -4671,7 +4721,7 @@ static double lflare__fit_extent(lflare__fitter *f, double x, double y, double d
     int32_t i;
     for (i = 0; i < 8; i++) {
         double middle = 0.5 * (near + far);
-        if (lflare__closed(f, 1, x + middle * dx, y + middle * dy, slope, &ray, NULL) < LFLARE__FIT_MARGIN) near = middle;
+        if (lflare__closed(&f->find, 1, x + middle * dx, y + middle * dy, slope, &ray, NULL) < LFLARE__FIT_MARGIN) near = middle;
         else far = middle;
     }
     return far;
@@ -4680,10 +4730,10 @@ static double lflare__fit_extent(lflare__fitter *f, double x, double y, double d
 /* The box of rays to fit. */
 static int lflare__fit_box(lflare__fitter *f, lflare__fit_knot *k)
 {
-    const lflare_surface *front = &f->lens->prescription.surfaces[0];
+    const lflare_surface *front = &f->find.lens->prescription.surfaces[0];
     double reach = 1.1 * (front->semi_diameter + fabs(lflare_sag(front, front->semi_diameter)) * k->slope), x, lo, hi;
     int32_t i;
-    if (lflare__least_closed(f, k->slope, 0.9, &x) > 1.03) return 0;
+    if (lflare__least_closed(&f->find, k->slope, 0.9, &x) > 1.03) return 0;
     lo = x - lflare__fit_extent(f, x, 0, -1, 0, reach + x, k->slope);
     hi = x + lflare__fit_extent(f, x, 0, 1, 0, reach - x, k->slope);
     k->middle = 0.5 * (lo + hi);
@@ -4731,7 +4781,7 @@ static double lflare__hits_weight(const lflare__fitter *f, int32_t k, const lfla
     for (i = 0; i < path->step_count; i++) {
         const lflare_step *s = &path->steps[i];
         double cosine = f->hits[i].cosine, r;
-        if (s->surface == f->lens->stop || (s->layer_count == 0 && s->n_in == s->n_out)) continue;
+        if (s->surface == f->find.lens->stop || (s->layer_count == 0 && s->n_in == s->n_out)) continue;
         if (s->n_in > s->n_out) { /* films are listed over the cosine in the rarer medium */
             double ratio = s->n_in / s->n_out;
             cosine = sqrt(lflare__max(1 - ratio * ratio * (1 - cosine * cosine), 0));
@@ -4746,11 +4796,11 @@ static double lflare__hits_weight(const lflare__fitter *f, int32_t k, const lfla
 static void lflare__fit_count_cut(lflare__fitter *f, const lflare_path *path, const lflare_ray *ray)
 {
     const double *stop = ray->stop;
-    double semi = f->lens->prescription.surfaces[f->lens->stop].semi_diameter;
+    double semi = f->find.iris;
     int32_t i, worst = -1;
     if (!(ray->relative > 1) || stop[0] * stop[0] + stop[1] * stop[1] > semi * semi) return;
     for (i = 0; i < path->step_count; i++)
-        if (path->steps[i].surface != f->lens->stop && (worst < 0 || f->hits[i].relative > f->hits[worst].relative)) worst = i;
+        if (path->steps[i].surface != f->find.lens->stop && (worst < 0 || f->hits[i].relative > f->hits[worst].relative)) worst = i;
     f->cuts[worst]++;
 }
 
@@ -4765,7 +4815,7 @@ static void lflare__fit_shoot(lflare__fitter *f, lflare__fit_knot *knot, int32_t
             lflare__fit_sample *s = &knot->samples[k][n];
             lflare_ray ray;
             double x = knot->middle + 1.05 * knot->half[0] * cos(LFLARE__PI * (i + 0.5) / across), y = 1.05 * knot->half[1] * sin(0.5 * LFLARE__PI * (j + 0.5) / up);
-            s->closed = lflare__closed(f, k, x, y, knot->slope, &ray, f->hits);
+            s->closed = lflare__closed(&f->find, k, x, y, knot->slope, &ray, f->hits);
             if (s->closed > LFLARE__FIT_FAR) continue;
             s->x = (x - knot->unit_middle) / knot->unit[0];
             s->y = y / knot->unit[1];
@@ -4773,12 +4823,12 @@ static void lflare__fit_shoot(lflare__fitter *f, lflare__fit_knot *knot, int32_t
                 s->place[0][p] = ray.sensor[p];
                 s->place[1][p] = ray.stop[p];
             }
-            for (p = 0; p < 2 * rims; p++) s->place[2 + p / 2][p % 2] = f->hits[steps[p / 2]].position[p % 2] / f->paths[k].steps[steps[p / 2]].semi;
-            s->weight = lflare__hits_weight(f, k, &f->paths[k]);
+            for (p = 0; p < 2 * rims; p++) s->place[2 + p / 2][p % 2] = f->hits[steps[p / 2]].position[p % 2] / f->find.paths[k].steps[steps[p / 2]].semi;
+            s->weight = lflare__hits_weight(f, k, &f->find.paths[k]);
             if (k == 1) {
                 knot->near += s->closed <= LFLARE__FIT_MARGIN;
-                if (s->closed <= LFLARE__FIT_MARGIN) lflare__fit_count_cut(f, &f->paths[k], &ray);
-                for (p = 0; p < 2 * f->paths[k].step_count; p++) knot->heights[n][p / 2][p % 2] = (float)(f->hits[p / 2].position[p % 2] / f->paths[k].steps[p / 2].semi);
+                if (s->closed <= LFLARE__FIT_MARGIN) lflare__fit_count_cut(f, &f->find.paths[k], &ray);
+                for (p = 0; p < 2 * f->find.paths[k].step_count; p++) knot->heights[n][p / 2][p % 2] = (float)(f->hits[p / 2].position[p % 2] / f->find.paths[k].steps[p / 2].semi);
             }
             n++;
         }
@@ -5083,7 +5133,7 @@ static int lflare__fit_dense(const lflare__fitter *f, const uint8_t *row, const 
                 for (c = 0; c < 4; c++) v[c] += share[k] * at[first + k][i][c];
             lflare__terms_make(b.order, (v[0] - b.middle) / b.half[0], v[1] / b.half[1], 0, &t);
             lflare__place_at(&b, 1, 0, &t, sensor);
-            if (sqrtf(sensor[0] * sensor[0] + sensor[1] * sensor[1]) > (float)f->reach) continue;
+            if (sqrtf(sensor[0] * sensor[0] + sensor[1] * sensor[1]) > (float)f->find.reach) continue;
             if (fabsf(v[2] - sensor[0]) + fabsf(v[3] - sensor[1]) > 2.0f * (float)f->pixel) return 1;
         }
     }
@@ -5091,25 +5141,22 @@ static int lflare__fit_dense(const lflare__fitter *f, const uint8_t *row, const 
 }
 
 /* Fits one ghost; writes its row, and its knots to `out`. Returns the bytes of the knots, 0 if no light comes this way. */
-static size_t lflare__fit_one(lflare__fitter *f, lflare_pair pair, uint8_t *row, uint8_t *out)
+static size_t lflare__fit_one(lflare__fitter *f, const lflare_lens *lens, lflare_pair pair, uint8_t *row, uint8_t *out)
 {
     static const int32_t orders[4] = {3, 5, 7, 9};
     double hidden, worst = 0, bend = 0;
     int32_t k, j, rims, steps[LFLARE_FIT_RIMS] = {0, 0, 0}, order = 0, turned = 0, apart = 0, folded, level, tries, squarings;
     uint8_t *p = out;
     memset(row, 0, LFLARE__FIT_ROW);
-    for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
-        lflare_path_make(f->lens, lflare__rgb_nm[k], &pair, &f->paths[k]);
-        f->paths[k].unweighted = 1;
-    }
-    hidden = lflare__fit_hidden(f);
+    lflare__finder_make(&f->find, lens, pair, lens->prescription.surfaces[lens->stop].semi_diameter);
+    hidden = lflare__find_hidden(&f->find);
     for (tries = 0; hidden > 0; tries++) {
         j = lflare__fit_begin(f, hidden);
         if (j == LFLARE__KNOTS) break;
         hidden = j > 0 && tries < 10 ? 0.5 * (double)(lflare__knot_angle(j - 1, (float)hidden, LFLARE__KNOTS) + lflare__knot_angle(j, (float)hidden, LFLARE__KNOTS)) : 0;
     }
     if (!(hidden > 0)) return 0;
-    rims = lflare__fit_rims(f, f->paths[1].step_count, steps);
+    rims = lflare__fit_rims(f, f->find.paths[1].step_count, steps);
     for (j = 0; j < LFLARE__KNOTS; j++) {
         lflare__fit_take_rims(&f->knots[j], rims, steps);
         for (k = 0; k < LFLARE_WAVELENGTHS; k += 2) lflare__fit_shoot(f, &f->knots[j], k, 8, 4, rims, steps);
@@ -5180,8 +5227,6 @@ LFLARE_API lflare_result lflare_aberration_fit(const lflare_lens *lens, const lf
     if (block == NULL || f == NULL || pairs == NULL) result = lflare__fail(error, LFLARE_ERROR_MEMORY, 0, 0, "out of memory");
     if (result == LFLARE_OK) {
         lflare_ghost_list(lens, pairs, &count);
-        f->lens = lens;
-        f->reach = LFLARE__FIT_REACH * lflare__max(lens->sensor_width, lens->sensor_height);
         f->pixel = lens->sensor_width / 1280;
         for (g = 0; g < lens->surface_count; g++) lflare__film_row(lens, g, f->layers, f->film + (size_t)g * LFLARE_FILM_SAMPLES * 4);
     }
@@ -5194,7 +5239,7 @@ LFLARE_API lflare_result lflare_aberration_fit(const lflare_lens *lens, const lf
             block = larger;
             room = grown;
         }
-        bytes = lflare__fit_one(f, pairs[g], block + LFLARE__FIT_HEAD + (size_t)g * LFLARE__FIT_ROW, block + used);
+        bytes = lflare__fit_one(f, lens, pairs[g], block + LFLARE__FIT_HEAD + (size_t)g * LFLARE__FIT_ROW, block + used);
         if (bytes > 0) lflare__store_bytes(block + LFLARE__FIT_HEAD + (size_t)g * LFLARE__FIT_ROW, (uint32_t)used, 4);
         used += bytes;
         if (desc->progress != NULL && desc->progress(desc->user, g + 1, count)) result = lflare__fail(error, LFLARE_INCOMPLETE, 0, 0, "stopped");
@@ -5798,17 +5843,6 @@ static float lflare__mesh_hidden(lflare__mesher *m, const lflare__fit_ghost *gho
     return hi;
 }
 
-static float lflare__iris_inscribed(const lflare_iris *iris)
-{
-    float least = 1;
-    int32_t i;
-    for (i = 0; i < iris->blade_count; i++) {
-        const lflare_blade *b = &iris->blades[i];
-        least = lflare__minf(least, b->arc > 0 ? b->arc - b->distance : b->distance);
-    }
-    return least;
-}
-
 /* Knots where nothing is open take the bounds of their neighbours. */
 static void lflare__mesh_fill_bounds(float (*bounds)[3], const int *open, int32_t knots)
 {
@@ -5963,25 +5997,342 @@ static size_t lflare__mesh_layout(lflare_tables *t)
 }
 #endif /* LFLARE_NO_ABERRATION */
 
+#ifndef LFLARE_NO_TRACE
+/* -- outlines: where on the entrance the rays of a traced ghost pass, for the iris in force -- */
+
+/* A row of tables.outline. Head: directions of half a turn, rings, field angle where hidden, meshes (one, or one a wavelength), 1 if ragged,
+   radius that diffraction leaves times that of the bundle, 0, 0. Then knots: x of the centre, half axes, bend (x also goes with bend y^2);
+   blur of the iris, mm on the sensor per radian of the lamp's size, radius on the sensor, on the entrance, 1 or -1 as the ghost stands;
+   middle and radius of its bounds on the sensor, 0, 0; and for each direction how far out it is open to any wavelength, in half axes,
+   where that is to all, as a share of it, mm on the sensor per half axis there, blur of what ends it. */
+enum { LFLARE__OUTLINE_HEAD = 8, LFLARE__OUTLINE_KNOT = 12 + 4 * LFLARE_OUTLINE_SIDES };
+
+typedef struct lflare__outliner {
+    lflare__finder find;
+    double lamps[LFLARE_MAX_STEPS];   /* blur of each step's rim, the stop's too */
+    double slope, middle, half[2], bend, inscribed, pixel;
+    double apart, curved;             /* of wavelengths; of the map from a line, over half the way out: greatest of all knots, pixels */
+    int turned;                       /* the map turns over somewhere */
+} lflare__outliner;
+
+/* See lflare__closed; (u, v) in half axes. */
+static double lflare__outline_closed(lflare__outliner *o, int32_t k, double u, double v, lflare_ray *ray, lflare_hit *hits)
+{
+    double y = o->half[1] * v;
+    return lflare__closed(&o->find, k, o->middle + o->half[0] * u + o->bend * y * y, y, o->slope, ray, hits);
+}
+
+/* How far from (u, v) along (du, dv) it stays open, found by regula falsi: heights are nearly linear. */
+static double lflare__outline_extent(lflare__outliner *o, double u, double v, double du, double dv, double guess)
+{
+    double near = 0, far = guess, open_near, open_far = 0;
+    lflare_ray ray;
+    int32_t i;
+    open_near = 1 - lflare__outline_closed(o, 1, u, v, &ray, NULL);
+    if (open_near <= 0) return 0;
+    for (i = 0; i < 16; i++) {
+        open_far = 1 - lflare__outline_closed(o, 1, u + far * du, v + far * dv, &ray, NULL);
+        if (open_far <= 0) break;
+        near = far;
+        open_near = open_far;
+        far *= 1.5;
+    }
+    for (i = 0; i < 24 && far - near > 2e-3 * far; i++) {
+        double share = i % 3 == 2 ? 0.5 : lflare__clamp(open_near / (open_near - open_far), 0.02, 0.98), middle = near + share * (far - near);
+        double open = 1 - lflare__outline_closed(o, 1, u + middle * du, v + middle * dv, &ray, NULL);
+        if (fabs(open) < 1e-3) return middle;
+        if (open > 0) near = middle, open_near = open;
+        else far = middle, open_far = open;
+    }
+    return far;
+}
+
+/* Centre, half axes and bend of what is open; 0 if nothing is. */
+static int lflare__outline_place(lflare__outliner *o)
+{
+    double reach = o->find.lens->prescription.surfaces[0].semi_diameter, x, lo, hi, up;
+    o->bend = o->middle = 0;
+    o->half[0] = o->half[1] = 1;
+    if (lflare__least_closed(&o->find, o->slope, 0.9, &x) >= 1) return 0;
+    hi = x + lflare__outline_extent(o, x, 0, 1, 0, 0.3 * reach);
+    lo = x - lflare__outline_extent(o, x, 0, -1, 0, 0.3 * reach);
+    x = 0.5 * (lo + hi);
+    up = 0.7 * lflare__outline_extent(o, x, 0, 0, 1, 0.3 * reach);
+    if (up > 0) {
+        double right = x + lflare__outline_extent(o, x, up, 1, 0, 0.4 * (hi - lo)), left = x - lflare__outline_extent(o, x, up, -1, 0, 0.4 * (hi - lo));
+        o->bend = (0.5 * (left + right) - x) / (up * up);
+    }
+    o->middle = x;
+    o->half[0] = lflare__max(0.5 * (hi - lo), 1e-5 * reach);
+    o->half[1] = lflare__max(lflare__outline_extent(o, 0, 0, 0, 1, o->half[0]), 1e-5 * reach);
+    return 1;
+}
+
+/* Whether what is open hides some of itself from the centre. */
+static int lflare__outline_ragged(lflare__outliner *o)
+{
+    int32_t i, j, k;
+    lflare_ray ray;
+    for (j = 0; j <= 4; j++)
+        for (i = -5; i <= 5; i++) {
+            double u = 0.25 * i, v = 0.28 * j;
+            if (lflare__outline_closed(o, 1, u, v, &ray, NULL) > 0.97) continue;
+            for (k = 1; k <= 3; k++)
+                if (lflare__outline_closed(o, 1, 0.25 * k * u, 0.25 * k * v, &ray, NULL) > 1.02) return 1;
+        }
+    return 0;
+}
+
+/* Half axes of an ellipse that holds all that is open, of a ragged ghost: a grid over the front element. */
+static void lflare__outline_frame(lflare__outliner *o)
+{
+    enum { ACROSS = 24, UP = 24 };
+    const lflare_surface *front = &o->find.lens->prescription.surfaces[0];
+    double reach = front->semi_diameter + fabs(lflare_sag(front, front->semi_diameter)) * o->slope, step = reach / ACROSS, lo = o->middle - o->half[0], hi = o->middle + o->half[0], up = o->half[1];
+    lflare_ray ray;
+    int32_t i, j, k;
+    for (j = 0; j <= UP; j++)
+        for (i = -ACROSS; i <= ACROSS; i++)
+            for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
+                if (lflare__closed(&o->find, k, i * step, j * step, o->slope, &ray, NULL) > 1.03) continue;
+                lo = lflare__min(lo, (i - 0.7) * step);
+                hi = lflare__max(hi, (i + 0.7) * step);
+                up = lflare__max(up, (j + 0.7) * step);
+            }
+    o->middle = 0.5 * (lo + hi);
+    o->half[0] = 1.2 * 0.5 * (hi - lo);
+    o->half[1] = 1.2 * up;
+    o->bend = 0;
+}
+
+/* One direction: the middle wavelength's outline, and where the others' lie by how closed they are there. */
+static void lflare__outline_side(lflare__outliner *o, double u, double v, double *outer, double *inner)
+{
+    double edge = lflare__outline_extent(o, 0, 0, u, v, 1), most = edge, least = edge;
+    lflare_ray ray;
+    int32_t k;
+    for (k = 0; k < LFLARE_WAVELENGTHS && edge > 0; k += 2) {
+        double at = lflare__outline_closed(o, k, edge * u, edge * v, &ray, NULL), before = lflare__outline_closed(o, k, 0.9 * edge * u, 0.9 * edge * v, &ray, NULL);
+        double there = edge * (1 + (1 - at) / lflare__max((at - before) / 0.1, 0.2));
+        most = lflare__max(most, there);
+        least = lflare__min(least, there);
+    }
+    *outer = edge + 1.1 * (lflare__min(most, 1.5 * edge) - edge);
+    if (o->inscribed < 1) {
+        o->find.iris *= o->inscribed;
+        least = lflare__min(least, lflare__outline_extent(o, 0, 0, u, v, edge)) - (most - least);
+        o->find.iris /= o->inscribed;
+    }
+    *inner = *outer > 0 ? lflare__clamp((edge - 1.1 * (edge - least)) / *outer, 0, 1) : 0;
+}
+
+/* The ray at (u, v), or if it does not arrive one nearer to the centre that does. */
+static void lflare__outline_ray(lflare__outliner *o, int32_t k, double u, double v, lflare_ray *ray, lflare_hit *hits)
+{
+    int32_t i;
+    for (i = 0; i < 12; i++, u *= 0.9, v *= 0.9) {
+        lflare__outline_closed(o, k, u, v, ray, hits);
+        if (ray->fate == LFLARE_RAY_ARRIVES) return;
+    }
+    memset(ray, 0, sizeof *ray);
+}
+
+/* The blur of what stops a ray first. */
+static double lflare__outline_lamp(const lflare__outliner *o, const lflare_ray *ray, const lflare_hit *hits)
+{
+    const lflare_path *path = &o->find.paths[1];
+    double stop = sqrt(ray->stop[0] * ray->stop[0] + ray->stop[1] * ray->stop[1]) / o->find.iris;
+    int32_t i, widest = 0;
+    for (i = 0; i < path->step_count && i < ray->steps; i++)
+        if (path->steps[i].surface == o->find.lens->stop ? stop >= ray->relative : hits[i].relative >= lflare__max(ray->relative, stop)) widest = i;
+    return o->lamps[widest];
+}
+
+/* How far wavelengths lie apart and how the map bends, in pixels, where it matters. */
+static void lflare__outline_measure(lflare__outliner *o, const double *centre, const lflare_ray *half, const lflare_ray *edge, double u, double v)
+{
+    double bent = 0;
+    lflare_ray ray;
+    int32_t k, i;
+    if (hypot(half->sensor[0], half->sensor[1]) > o->find.reach) return;
+    for (i = 0; i < 2; i++) bent += fabs(centre[i] - 2 * half->sensor[i] + edge->sensor[i]);
+    o->curved = lflare__max(o->curved, bent / o->pixel);
+    for (k = 0; k < LFLARE_WAVELENGTHS; k += 2) {
+        lflare__outline_ray(o, k, 0.5 * u, 0.5 * v, &ray, NULL);
+        o->apart = lflare__max(o->apart, hypot(ray.sensor[0] - half->sensor[0], ray.sensor[1] - half->sensor[1]) / o->pixel);
+    }
+}
+
+static double lflare__outline_area(const double *a, const double *b, const double *c) { return 0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1])); }
+
+static void lflare__outline_knot(lflare__outliner *o, lflare_hit *hits, int ragged, float *out)
+{
+    double centre[2], last[2][2] = {{0, 0}, {0, 0}}, area = 0, entrance = 0, lo, hi, up = 0, first = 0, ends = 0, sign = 0;
+    lflare_ray ray, half, edge;
+    int32_t d;
+    lflare__outline_ray(o, 1, 0, 0, &ray, NULL);
+    lo = hi = centre[0] = ray.sensor[0];
+    centre[1] = 0;
+    for (d = 0; d < LFLARE_OUTLINE_SIDES; d++) {
+        double angle = LFLARE__PI * d / (LFLARE_OUTLINE_SIDES - 1), u = cos(angle), v = d == 0 || d == LFLARE_OUTLINE_SIDES - 1 ? 0 : sin(angle), outer = 1, inner = 0, part;
+        float *side = out + 12 + 4 * d;
+        if (!ragged) lflare__outline_side(o, u, v, &outer, &inner);
+        lflare__outline_ray(o, 1, 0.5 * outer * u, 0.5 * outer * v, &half, NULL);
+        lflare__outline_ray(o, 1, outer * u, outer * v, &edge, hits);
+        side[0] = (float)outer;
+        side[1] = (float)inner;
+        side[2] = (float)(outer > 0 ? 2 * hypot(edge.sensor[0] - half.sensor[0], edge.sensor[1] - half.sensor[1]) : 0);
+        side[3] = (float)lflare__outline_lamp(o, &edge, hits);
+        lflare__outline_measure(o, centre, &half, &edge, outer * u, outer * v);
+        lo = lflare__min(lo, lflare__min(half.sensor[0], edge.sensor[0]));
+        hi = lflare__max(hi, lflare__max(half.sensor[0], edge.sensor[0]));
+        up = lflare__max(up, lflare__max(fabs(half.sensor[1]), fabs(edge.sensor[1])));
+        if (d == 0) first = edge.sensor[0];
+        ends = edge.sensor[0];
+        if (d > 0) {
+            double last_outer = (double)side[-4];
+            part = lflare__outline_area(centre, last[0], half.sensor);
+            if (part * sign < 0) o->turned = 1;
+            sign = part != 0 ? part : sign;
+            area += fabs(part);
+            part = lflare__outline_area(last[0], last[1], half.sensor);
+            if (part * sign < 0) o->turned = 1;
+            area += fabs(part);
+            part = lflare__outline_area(half.sensor, last[1], edge.sensor);
+            if (part * sign < 0) o->turned = 1;
+            area += fabs(part);
+            entrance += outer * last_outer * o->half[0] * o->half[1] * 0.5 * sin(LFLARE__PI / (LFLARE_OUTLINE_SIDES - 1));
+        }
+        last[0][0] = half.sensor[0], last[0][1] = half.sensor[1];
+        last[1][0] = edge.sensor[0], last[1][1] = edge.sensor[1];
+    }
+    out[0] = (float)o->middle;
+    out[1] = (float)o->half[0];
+    out[2] = (float)o->half[1];
+    out[3] = (float)o->bend;
+    for (d = 0; d < o->find.paths[1].step_count; d++)
+        if (o->find.paths[1].steps[d].surface == o->find.lens->stop) out[4] = (float)o->lamps[d];
+    out[5] = (float)sqrt(2 * area / LFLARE__PI);
+    out[6] = (float)sqrt(2 * entrance / LFLARE__PI);
+    out[7] = first >= ends ? 1.0f : -1.0f;
+    out[8] = (float)(0.5 * (lo + hi));
+    out[9] = (float)hypot(0.5 * (hi - lo), up);
+    out[10] = out[11] = 0;
+}
+
+/* Blur of the image of each step's rim, mm on the sensor per radian of the lamp's size (P 3). */
+static void lflare__outline_lamps(lflare__outliner *o, const lflare_lens *lens, lflare_pair pair, const float *head)
+{
+    double n[LFLARE_MAX_SURFACES + 1], m11 = (double)head[6], m12 = (double)head[7];
+    lflare__walk walk;
+    lflare_crossing at;
+    int32_t step = 0;
+    lflare__indices(&lens->prescription, lflare__rgb_nm[1], n);
+    lflare__walk_start(&walk, lens, n, pair);
+    while (lflare__walk_next(&walk, &at) && step < LFLARE_MAX_STEPS)
+        o->lamps[step++] = lflare__min(fabs(m12 - m11 * at.b / (fabs(at.a) > 1e-9 ? at.a : 1e-9)), 10 * fabs(m12) + lens->sensor_width);
+}
+
+/* Outlines of one ghost at all knots. */
+static void lflare__outline_ghost(const lflare_lens *lens, lflare_tables *t, int32_t g)
+{
+    float *head = t->outline + (size_t)g * LFLARE_OUTLINE_FLOATS, *knots = head + LFLARE__OUTLINE_HEAD;
+    lflare__outliner o;
+    lflare_hit hits[LFLARE_MAX_STEPS];
+    double hidden;
+    int open[LFLARE_OUTLINE_KNOTS], ragged = 0;
+    int32_t j, pass, level, any = 0;
+    memset(head, 0, sizeof(float) * LFLARE_OUTLINE_FLOATS);
+    lflare__finder_make(&o.find, lens, t->pairs[g], (double)t->iris.radius);
+    o.inscribed = (double)lflare__iris_inscribed(&t->iris);
+    o.pixel = lens->sensor_width / 1280;
+    hidden = lflare__find_hidden(&o.find);
+    if (!(hidden > 0)) return;
+    lflare__outline_lamps(&o, lens, t->pairs[g], t->head + (size_t)g * LFLARE_HEAD_FLOATS);
+    for (pass = 0; pass < 2; pass++) { /* a second time where the first finds the ghost ragged */
+        o.apart = o.curved = 0;
+        o.turned = 0;
+        for (j = any = 0; j < LFLARE_OUTLINE_KNOTS; j++) {
+            o.slope = tan((double)lflare__knot_angle(j, (float)hidden, LFLARE_OUTLINE_KNOTS) * (j == LFLARE_OUTLINE_KNOTS - 1 ? 0.99999 : 1));
+            open[j] = lflare__outline_place(&o);
+            if (open[j]) any = 1;
+            if (open[j] && pass == 0 && !ragged) ragged = lflare__outline_ragged(&o);
+            if (open[j] && ragged && pass == 1) lflare__outline_frame(&o);
+            if (open[j] && !(ragged && pass == 0)) lflare__outline_knot(&o, hits, ragged, knots + j * LFLARE__OUTLINE_KNOT);
+        }
+        if (!ragged || !any) break;
+    }
+    if (!any) return;
+    for (j = 0; j < LFLARE_OUTLINE_KNOTS; j++) { /* shut ones take their neighbour's */
+        int32_t i, nearest = -1;
+        for (i = 0; i < LFLARE_OUTLINE_KNOTS && !open[j]; i++)
+            if (open[i] && (nearest < 0 || abs(i - j) < abs(nearest - j))) nearest = i;
+        if (nearest >= 0) memcpy(knots + j * LFLARE__OUTLINE_KNOT, knots + nearest * LFLARE__OUTLINE_KNOT, sizeof(float) * LFLARE__OUTLINE_KNOT);
+    }
+    for (level = 0; level < 2 && o.curved > (o.turned || ragged ? 3 : 10); level++) o.curved /= 4;
+    if (ragged && level == 0) level = 1;
+    head[0] = level < 2 ? 16.0f : 32.0f;
+    head[1] = (float)(4 << level);
+    head[2] = (float)hidden;
+    head[3] = o.apart > 0.3 ? (float)LFLARE_WAVELENGTHS : 1;
+    head[4] = (float)ragged;
+    head[5] = 0.61e-6f * t->wavelengths[1] * t->head[(size_t)g * LFLARE_HEAD_FLOATS + 7];
+}
+
+/* lflare__cull_ghost for a traced one. */
+static void lflare__outline_cull(lflare_tables *t, int32_t g)
+{
+    const float *head = t->outline + (size_t)g * LFLARE_OUTLINE_FLOATS, *style = t->style + (size_t)g * LFLARE_STYLE_FLOATS;
+    lflare_cull *cull = &t->cull[g];
+    float along = 0, weight = 0, reach = 0;
+    int32_t j;
+    cull->patches = 0;
+    if (!(head[2] > 0)) { /* nothing passes */
+        t->rank[g * 2] = 0;
+        return;
+    }
+    for (j = 0; j < LFLARE_OUTLINE_KNOTS; j++) {
+        const float *knot = head + LFLARE__OUTLINE_HEAD + j * LFLARE__OUTLINE_KNOT;
+        float u = tanf(lflare__knot_angle(j, head[2], LFLARE_OUTLINE_KNOTS));
+        along += knot[8] * u;
+        weight += u * u;
+        reach = lflare__maxf(reach, knot[4]);
+    }
+    along /= weight;
+    cull->radius = 0;
+    for (j = 0; j < LFLARE_OUTLINE_KNOTS; j++) {
+        const float *knot = head + LFLARE__OUTLINE_HEAD + j * LFLARE__OUTLINE_KNOT;
+        cull->radius = lflare__maxf(cull->radius, 1.2f * knot[9] + fabsf(knot[8] - along * tanf(lflare__knot_angle(j, head[2], LFLARE_OUTLINE_KNOTS))));
+    }
+    if (style[3] != 1) cull->radius *= 1 + 2 * style[3];
+    cull->along = along + style[4] * t->efl;
+    cull->reach = 3 * reach * lflare__maxf(style[3], 1);
+    cull->hidden_slope = tanf(head[2]);
+    cull->patches = (uint16_t)(head[3] * (head[0] / 4) * (head[1] / 4));
+}
+
+#endif /* LFLARE_NO_TRACE */
+
 LFLARE_API lflare_tables_size lflare_tables_layout(const lflare_lens *lens, const void *fit, void *lens_memory, void *settings_memory, lflare_tables *t)
 {
     const size_t f = sizeof(float), ghosts = (size_t)lens->ghost_count, surfaces = (size_t)lens->surface_count;
     lflare_tables_size size;
     static const double *const nm = lflare__rgb_nm;
+    double z = 0;
     size_t arrays[11];
     int32_t i;
     t->ghost_count = lens->ghost_count;
     t->fit = (const uint8_t *)fit;
-    t->mesh_head = t->mesh = NULL;
+    t->mesh_head = t->mesh = t->outline = NULL;
     t->mesh_texels = lflare__mesh_layout(t);
     arrays[0] = ghosts * sizeof(lflare_pair);
     arrays[1] = ghosts * LFLARE_HEAD_FLOATS * f;
     arrays[2] = ghosts * LFLARE_MAX_RIMS * LFLARE_RIM_FLOATS * f;
     arrays[3] = surfaces * LFLARE_FILM_SAMPLES * 4 * f;
 #ifndef LFLARE_NO_DIFFRACTION
-    arrays[4] = ((surfaces + 1) * 4 + LFLARE_RINGING_FLOATS) * f;
+    arrays[4] = (surfaces * (4 + LFLARE_SURFACE_FLOATS) + 4 + LFLARE_RINGING_FLOATS) * f;
 #else
-    arrays[4] = (surfaces + 1) * 4 * f;
+    arrays[4] = (surfaces * (4 + LFLARE_SURFACE_FLOATS) + 4) * f;
 #endif
     arrays[5] = ghosts * LFLARE_FIELD_SAMPLES * LFLARE_FIELD_FLOATS * f;
     arrays[6] = ghosts * LFLARE_STYLE_FLOATS * f;
@@ -6002,7 +6353,8 @@ LFLARE_API lflare_tables_size lflare_tables_layout(const lflare_lens *lens, cons
         t->rims = (float *)lflare__carve(&at, arrays[2]);
         t->film = (float *)lflare__carve(&at, arrays[3]);
         t->index = (float *)lflare__carve(&at, arrays[4]);
-        t->transmission = t->index + surfaces * 4;
+        t->surface = t->index + surfaces * 4;
+        t->transmission = t->surface + surfaces * LFLARE_SURFACE_FLOATS;
 #ifndef LFLARE_NO_DIFFRACTION
         t->ringing = t->transmission + 4;
 #else
@@ -6022,6 +6374,9 @@ LFLARE_API lflare_tables_size lflare_tables_layout(const lflare_lens *lens, cons
         }
     }
     t->surface_count = lens->surface_count;
+    t->stop = lens->stop;
+    for (i = 0; i < lens->surface_count; i++) z += lens->prescription.surfaces[i].thickness;
+    t->sensor_z = (float)z;
     t->sensor_width = (float)lens->sensor_width;
     t->sensor_height = (float)lens->sensor_height;
     t->efl = (float)lens->efl;
@@ -6150,9 +6505,26 @@ static void lflare__prepare_ghost(const lflare_lens *lens, lflare_tables *t, int
     head[15] = 0;
 }
 
+static void lflare__prepare_surface(const lflare_lens *lens, lflare_tables *t, int32_t i, double z)
+{
+    const lflare_surface *s = &lens->prescription.surfaces[i];
+    float *row = t->surface + i * LFLARE_SURFACE_FLOATS;
+    double term = 1;
+    int32_t j;
+    row[0] = (float)z;
+    row[1] = s->radius != 0 ? (float)(1 / s->radius) : 0;
+    row[2] = (float)s->semi_diameter;
+    row[3] = (float)(1 + s->conic);
+    for (j = 0; j < 8; j++) {
+        term *= s->semi_diameter * s->semi_diameter;
+        row[4 + j] = lflare__single(s->aspheric[j] * term);
+    }
+}
+
 LFLARE_API lflare_result lflare_tables_prepare(const lflare_lens *lens, lflare_tables *t, int32_t begin, int32_t end)
 {
     double n[LFLARE_WAVELENGTHS][LFLARE_MAX_SURFACES + 1];
+    double z = 0;
     int32_t g, i, k, count;
     if (lens == NULL || t == NULL || begin < 0 || end > t->ghost_count || t->head == NULL) return LFLARE_ERROR_ARGUMENT;
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) lflare__indices(&lens->prescription, lflare__rgb_nm[k], n[k]);
@@ -6167,6 +6539,8 @@ LFLARE_API lflare_result lflare_tables_prepare(const lflare_lens *lens, lflare_t
             lflare__film_row(lens, i, scratch, t->film + (size_t)i * LFLARE_FILM_SAMPLES * 4);
             for (k = 0; k < LFLARE_WAVELENGTHS; k++) t->index[i * 4 + k] = (float)n[k][i + 1];
             t->index[i * 4 + 3] = 0;
+            lflare__prepare_surface(lens, t, i, z);
+            z += lens->prescription.surfaces[i].thickness;
             for (k = 0; k < LFLARE_WAVELENGTHS; k++)
                 t->transmission[k] = (i == 0 ? 1 : t->transmission[k]) * (i == lens->stop ? 1 : 1 - t->film[((size_t)i * LFLARE_FILM_SAMPLES + LFLARE_FILM_SAMPLES - 1) * 4 + (size_t)k]);
         }
@@ -6251,8 +6625,13 @@ LFLARE_API lflare_result lflare_tables_configure_begin(const lflare_lens *lens, 
         if (!lflare__finite3(o->tint) || !(fabsf(o->ev) <= 60) || !(o->scale >= 0 && o->scale <= 1000) || !(fabsf(o->move[0]) <= 1000) || !(fabsf(o->move[1]) <= 1000))
             return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "override %i of ghost (%i,%i): a number is out of range", i, o->first, o->second);
     }
-    if ((int)s->model < 0 || s->model > LFLARE_MODEL_POLYNOMIAL || (s->model == LFLARE_MODEL_POLYNOMIAL && t->mesh == NULL))
+    if ((int)s->model < 0 || s->model > LFLARE_MODEL_TRACED) return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "there is no model %i", (int)s->model);
+    if (s->model == LFLARE_MODEL_POLYNOMIAL && t->mesh == NULL)
         return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "the polynomial model needs a fit: see lflare_aberration_fit");
+#ifdef LFLARE_NO_TRACE
+    if (s->model == LFLARE_MODEL_TRACED) return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "this build has LFLARE_NO_TRACE: it has no traced model");
+#endif
+    if (s->model == LFLARE_MODEL_TRACED && t->outline == NULL) return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "the traced model needs tables.outline");
     if (lflare_iris_make(lens, s->fnumber, s->blades, (double)s->blade_rotation, (double)s->blade_curvature, &t->iris, &fnumber) != LFLARE_OK)
         return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "the iris has 0 or 3 to 16 blades, a finite rotation, a curvature from 0 to 1");
     if (!(s->iris_softness >= 0 && s->iris_softness <= 0.5f) || !(s->starburst_scale >= 0 && s->starburst_scale <= 1000) || !(fabsf(s->starburst_ev) <= 60) ||
@@ -6263,7 +6642,7 @@ LFLARE_API lflare_result lflare_tables_configure_begin(const lflare_lens *lens, 
     t->fringes = t->ringing != NULL && !s->no_ringing;
     t->starburst = NULL;
     t->starburst_unit = 0.5f * 550e-6f * t->efl * (float)fabs(lens->stop_a11) / t->iris.radius * (s->starburst_scale > 0 ? s->starburst_scale : 1);
-    t->model = s->model == LFLARE_MODEL_PARAXIAL || t->mesh == NULL ? LFLARE_MODEL_PARAXIAL : LFLARE_MODEL_POLYNOMIAL;
+    t->model = s->model != LFLARE_MODEL_AUTO ? s->model : t->mesh != NULL ? LFLARE_MODEL_POLYNOMIAL : LFLARE_MODEL_PARAXIAL;
     t->fnumber = (float)fnumber;
     t->ghost_budget = s->ghost_budget;
     return LFLARE_OK;
@@ -6429,9 +6808,16 @@ static void lflare__configure_ghost(const lflare_lens *lens, lflare_tables *t, c
     t->rank[g * 2 + 1] = mean;
     lflare__cull_ghost(t, g, hidden);
 #ifndef LFLARE_NO_ABERRATION
-    if (t->model == LFLARE_MODEL_PARAXIAL) return;
-    lflare__mesh_ghost(lens, t, g);
-    lflare__mesh_cull(t, g);
+    if (t->model == LFLARE_MODEL_POLYNOMIAL) {
+        lflare__mesh_ghost(lens, t, g);
+        lflare__mesh_cull(t, g);
+    }
+#endif
+#ifndef LFLARE_NO_TRACE
+    if (t->model == LFLARE_MODEL_TRACED) {
+        lflare__outline_ghost(lens, t, g);
+        lflare__outline_cull(t, g);
+    }
 #endif
 }
 
@@ -6835,6 +7221,75 @@ LFLARE_API int32_t lflare_footprint_resolve(const lflare_tables *t, const lflare
     return lit > 0;
 }
 
+#ifdef LFLARE__PATCHES
+/* -- patches -- */
+
+/* What all vertices of a patch share. */
+typedef struct lflare__patch_shape {
+    const lflare_frame_light *light;
+    const float *style;
+    float even;               /* 1: few pixels, where triangles say better than vertices what the irradiance is */
+    float grown;              /* what a ghost smaller than a pixel, or than what diffraction and lamp leave, grows by: mm on the sensor per mm on the entrance */
+    float gain;               /* for soft edges that light more than the ghost's area */
+    float shift[2], middle, entrance; /* of the centre: sensor, mirror plane; mm */
+    float pixel, grid;        /* mm; its variance, mm^2 */
+    float softness;           /* of the iris, in its radii */
+    const float *ringing;     /* NULL: no fringes */
+    float half_wave, widest;  /* mm, middle wavelength; fringes of the longest over its */
+} lflare__patch_shape;
+
+/* Width over which an edge fades that a lamp of one radian would blur by `lamp` mm. */
+static float lflare__patch_soft(const lflare__patch_shape *p, float lamp)
+{
+    lamp *= p->light->angular_radius * p->style[3];
+    return sqrtf(5 * (p->grid + 0.25f * lamp * lamp));
+}
+
+/* Length of the fringes of such an edge, mm, where the map shrinks areas so (P 9; sqrt |shrink| stands for |M11|). */
+static float lflare__patch_ring(const lflare__patch_shape *p, float shrink, float lamp)
+{
+    return p->ringing != NULL ? p->style[3] * sqrtf(p->half_wave * sqrtf(fabsf(shrink)) * fabsf(lamp)) : 0;
+}
+
+/* Turns a vector from the light's frame. */
+static void lflare__turn(const float *axis, float x, float y, float *out)
+{
+    out[0] = x * axis[0] - y * axis[1];
+    out[1] = x * axis[1] + y * axis[0];
+}
+
+/* All but what the ghost's own size decides. */
+static void lflare__patch_shape_make(const lflare_tables *t, const lflare_frame_data *f, const lflare_frame_light *l, int32_t g, lflare__patch_shape *p)
+{
+    p->light = l;
+    p->style = t->style + (size_t)g * LFLARE_STYLE_FLOATS;
+    p->softness = t->iris.softness;
+    p->ringing = t->fringes ? t->ringing : NULL;
+    p->half_wave = 0.5e-6f * t->wavelengths[1];
+    p->widest = sqrtf(t->wavelengths[0] / t->wavelengths[1]);
+    p->pixel = f->pixel;
+    p->grid = LFLARE__PIXEL_VARIANCE * f->pixel * f->pixel;
+    p->shift[0] = t->efl * (p->style[4] * l->slope[0] - p->style[5] * l->slope[1]);
+    p->shift[1] = t->efl * (p->style[4] * l->slope[1] + p->style[5] * l->slope[0]);
+}
+
+/* Ghosts never get smaller than a disc (P 3): smaller ones would flicker as they pass from pixel to pixel, or be brighter than
+   diffraction and the lamp's size let them be. What is missing to its radius is added, in the shape of the entrance, whose radius is given;
+   blur of the iris; radius that diffraction leaves times that of the entrance; whether the ghost stands upside down. */
+static void lflare__patch_grow(const lflare_frame_data *f, float radius, float entrance, float lamp, float spread, int turned, lflare__patch_shape *p)
+{
+    float scale = p->style[3], least, size;
+    entrance = lflare__maxf(entrance, 1e-6f);
+    lamp *= p->light->angular_radius;
+    spread = lflare__minf(spread / entrance, 0.5f * f->half_width);
+    least = sqrtf(2.25f * f->pixel * f->pixel + spread * spread + lamp * lamp);
+    p->grown = (turned ? -scale : scale) * lflare__maxf(least - radius, 0) / entrance;
+    p->even = lflare__minf(lflare__maxf(2 - scale * radius / lflare__maxf(4 * f->pixel, scale * least), 0), 1);
+    size = scale * lflare__maxf(radius, least);
+    lamp *= scale;
+    p->gain = size * size / lflare__soft_size2(size * size, p->grid + 0.25f * lamp * lamp);
+}
+
 #ifndef LFLARE_NO_ABERRATION
 /* -- patches of meshes -- */
 
@@ -6915,40 +7370,6 @@ static void lflare__mesh_vertex_at(const lflare__mesh_view *v, float at, int32_t
     out->lamp = a[split ? 7 : 18];
 }
 
-/* What all vertices of a patch share. */
-typedef struct lflare__patch_shape {
-    const lflare_frame_light *light;
-    const float *style;
-    float even;               /* 1: few pixels, where triangles say better than vertices what the irradiance is */
-    float grown;              /* what a ghost smaller than a pixel, or than what diffraction and lamp leave, grows by: mm on the sensor per mm on the entrance */
-    float gain;               /* for soft edges that light more than the ghost's area */
-    float shift[2], middle, entrance; /* of the centre: sensor, mirror plane; mm */
-    float pixel, grid;        /* mm; its variance, mm^2 */
-    float softness;           /* of the iris, in its radii */
-    const float *ringing;     /* NULL: no fringes */
-    float half_wave, widest;  /* mm, middle wavelength; fringes of the longest over its */
-} lflare__patch_shape;
-
-/* Width over which an edge fades that a lamp of one radian would blur by `lamp` mm. */
-static float lflare__patch_soft(const lflare__patch_shape *p, float lamp)
-{
-    lamp *= p->light->angular_radius * p->style[3];
-    return sqrtf(5 * (p->grid + 0.25f * lamp * lamp));
-}
-
-/* Length of the fringes of such an edge, mm, where the map shrinks areas so (P 9; sqrt |shrink| stands for |M11|). */
-static float lflare__patch_ring(const lflare__patch_shape *p, float shrink, float lamp)
-{
-    return p->ringing != NULL ? p->style[3] * sqrtf(p->half_wave * sqrtf(fabsf(shrink)) * fabsf(lamp)) : 0;
-}
-
-/* Turns a vector from the light's frame. */
-static void lflare__turn(const float *axis, float x, float y, float *out)
-{
-    out[0] = x * axis[0] - y * axis[1];
-    out[1] = x * axis[1] + y * axis[0];
-}
-
 /* The vertex `at` rings from the centre, which may be beyond the last. */
 static void lflare__patch_vertex(const lflare__mesh_view *v, const lflare__patch_shape *p, float at, int32_t direction, float side, lflare_patch_vertex *out)
 {
@@ -6991,21 +7412,7 @@ static void lflare__patch_band(const lflare__mesh_view *v, const lflare__patch_s
     *end = (float)v->rings * (1 + lflare__maxf(iris.outer, rim.outer) + p->softness + 1.2f * lflare__mesh_float(v, 0, direction, last, 0)); /* heights grow by about 1 on the way */
 }
 
-/* Ghosts never get smaller than a disc (P 3): smaller ones would flicker as they pass from pixel to pixel, or be brighter than
-   diffraction and the lamp's size let them be. What is missing to its radius is added, in the shape of the entrance. */
-static void lflare__patch_grow(const lflare_frame_data *f, const lflare__mesh_view *v, float spread, lflare__patch_shape *p)
-{
-    float scale = p->style[3], radius = v->knots[0], entrance = lflare__maxf(v->knots[2], 1e-6f), lamp = v->knots[1] * p->light->angular_radius, least, size;
-    spread = lflare__minf(spread / entrance, 0.5f * f->half_width);
-    least = sqrtf(2.25f * f->pixel * f->pixel + spread * spread + lamp * lamp);
-    p->grown = (v->knots[6] < 0 ? -scale : scale) * lflare__maxf(least - radius, 0) / entrance;
-    p->even = lflare__minf(lflare__maxf(2 - scale * radius / lflare__maxf(4 * f->pixel, scale * least), 0), 1);
-    size = scale * lflare__maxf(radius, least);
-    lamp *= scale;
-    p->gain = size * size / lflare__soft_size2(size * size, p->grid + 0.25f * lamp * lamp);
-}
-
-LFLARE_API int32_t lflare_patch_resolve(const lflare_tables *t, const lflare_frame_data *f, lflare_instance instance, lflare_patch *out)
+static int32_t lflare__mesh_resolve(const lflare_tables *t, const lflare_frame_data *f, lflare_instance instance, lflare_patch *out)
 {
     const lflare_frame_light *l = &f->lights[instance.light];
     const float *head = t->mesh_head + (size_t)instance.ghost * LFLARE_MESH_HEAD_FLOATS;
@@ -7013,20 +7420,11 @@ LFLARE_API int32_t lflare_patch_resolve(const lflare_tables *t, const lflare_fra
     lflare__mesh_view v;
     lflare__patch_shape p;
     if (!lflare__mesh_view_make(t, instance.ghost, mesh, l->field_angle, &v)) return 0;
-    p.light = l;
-    p.style = t->style + (size_t)instance.ghost * LFLARE_STYLE_FLOATS;
-    p.softness = t->iris.softness;
-    p.ringing = t->fringes ? t->ringing : NULL;
-    p.half_wave = 0.5e-6f * t->wavelengths[1];
-    p.widest = sqrtf(t->wavelengths[0] / t->wavelengths[1]);
-    p.pixel = f->pixel;
-    p.grid = LFLARE__PIXEL_VARIANCE * f->pixel * f->pixel;
+    lflare__patch_shape_make(t, f, l, instance.ghost, &p);
     out->iris_soft = lflare__patch_soft(&p, v.knots[1]);
-    lflare__patch_grow(f, &v, head[3], &p);
+    lflare__patch_grow(f, v.knots[0], v.knots[2], v.knots[1], head[3], v.knots[6] < 0, &p);
     p.middle = lflare__mesh_float(&v, 0, 0, 0, 0);
     p.entrance = lflare__mesh_float(&v, 0, 0, 2, 0);
-    p.shift[0] = t->efl * (p.style[4] * l->slope[0] - p.style[5] * l->slope[1]);
-    p.shift[1] = t->efl * (p.style[4] * l->slope[1] + p.style[5] * l->slope[0]);
     ragged = (int32_t)head[5] >> mesh & 1;
     if (ragged) memset(out->inside, 0, sizeof out->inside);
     for (i = 0; i < LFLARE_PATCH_DIRECTIONS; i++) {
@@ -7048,6 +7446,288 @@ LFLARE_API int32_t lflare_patch_resolve(const lflare_tables *t, const lflare_fra
 }
 
 #endif /* LFLARE_NO_ABERRATION */
+
+#ifndef LFLARE_NO_TRACE
+/* -- traced ghosts -- */
+
+/* A ray on its way through a ghost, in the light's frame; z from the vertex of the surface it meets. */
+typedef struct lflare__traced_ray {
+    float p[3], d[3], stop[2], sensor[2];
+    float relative;                    /* largest of all clear semi-diameters */
+    float weight[LFLARE_WAVELENGTHS];  /* with the films of each wavelength */
+    int arrives;
+} lflare__traced_ray;
+
+/* The sag at the rim's share r2 of the radius squared that the aspheric terms make, and what it grows by with r2. */
+static float lflare__traced_terms(const float *terms, float r2, float *slope)
+{
+    float sag = 0;
+    int32_t j;
+    for (*slope = 0, j = 7; j >= 0; j--) {
+        *slope = *slope * r2 + sag;
+        sag = sag * r2 + terms[j];
+    }
+    *slope = *slope * r2 + sag;
+    return sag * r2;
+}
+
+/* Moves the ray to a surface, `way` 1 or -1 along z; the normal faces the front. See lflare__meet. */
+static int lflare__traced_meet(const float *s, float way, lflare__traced_ray *ray, float *normal)
+{
+    float *p = ray->p, *d = ray->d, c = s[1], k = s[3], a, b, e, root, t = -p[2] / d[2], norm, slope = 0;
+    int polynomial = s[4] != 0 || s[5] != 0 || s[6] != 0 || s[7] != 0 || s[8] != 0 || s[9] != 0 || s[10] != 0 || s[11] != 0;
+    int32_t i, pass;
+    for (i = 0; i < 3; i++) p[i] += t * d[i]; /* to the vertex's plane first: smaller numbers */
+    p[2] = 0;
+    a = c * (d[0] * d[0] + d[1] * d[1] + k * d[2] * d[2]);
+    b = c * (p[0] * d[0] + p[1] * d[1]) - d[2];
+    e = c * (p[0] * p[0] + p[1] * p[1]);
+    root = b * b - a * e;
+    if (root >= 0) t = e / (-b + way * sqrtf(root));
+    else if (polynomial) t = 0;
+    else return 0;
+    for (i = 0; i < 3; i++) p[i] += t * d[i];
+    normal[0] = c;
+    normal[2] = c * k * p[2] - 1;
+    for (pass = 0; pass < 6 && polynomial; pass++) {
+        float r2 = p[0] * p[0] + p[1] * p[1], inverse = 1 / (s[2] * s[2]), bent = 1 - k * c * c * r2, conic = sqrtf(lflare__maxf(bent, 1e-6f));
+        float sag = c * r2 / (1 + conic) + lflare__traced_terms(s + 4, r2 * inverse, &slope);
+        normal[0] = c / conic + 2 * slope * inverse;
+        normal[2] = -1;
+        if (bent < 0) return 0;
+        t = (sag - p[2]) / (d[2] - normal[0] * (p[0] * d[0] + p[1] * d[1]));
+        for (i = 0; i < 3; i++) p[i] += t * d[i];
+    }
+    if (!(normal[2] < 0)) return 0; /* past the equator: the other sheet */
+    normal[1] = normal[0] * p[1];
+    normal[0] *= p[0];
+    norm = 1 / sqrtf(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
+    for (i = 0; i < 3; i++) normal[i] *= norm;
+    return lflare__finite((double)norm);
+}
+
+/* Refracts or reflects it between media of index `before` and `after`; films decide what goes on. 0: total reflection. */
+static int lflare__traced_pass(const float *film, float before, float after, int reflected, const float *normal, lflare__traced_ray *ray)
+{
+    float *d = ray->d, along = d[0] * normal[0] + d[1] * normal[1] + d[2] * normal[2], cosine = fabsf(along), eta = before / after, beyond = 1 - eta * eta * (1 - cosine * cosine);
+    int32_t k;
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
+        float r = lflare__film_lookup(film, k, before > after ? sqrtf(lflare__maxf(beyond, 0)) : cosine);
+        ray->weight[k] *= reflected ? r : 1 - r;
+    }
+    if (reflected) {
+        for (k = 0; k < 3; k++) d[k] -= 2 * along * normal[k];
+        return 1;
+    }
+    if (beyond < 0) return 0;
+    beyond = along < 0 ? -sqrtf(beyond) : sqrtf(beyond);
+    for (k = 0; k < 3; k++) d[k] = eta * d[k] + (beyond - eta * along) * normal[k];
+    return 1;
+}
+
+/* From the entrance point (x, y) with a slope, at the index of wavelength k, through the two reflections to the sensor (H 4; P 7). */
+static void lflare__traced_ray_make(const lflare_tables *t, lflare_pair pair, int32_t k, float x, float y, float slope, lflare__traced_ray *ray)
+{
+    float norm = 1 / sqrtf(1 + slope * slope), way = 1, z = 0, medium = 1;
+    int32_t i = 0, j, turns = 0;
+    memset(ray, 0, sizeof *ray);
+    ray->p[0] = x;
+    ray->p[1] = y;
+    ray->d[0] = slope * norm;
+    ray->d[2] = norm;
+    for (j = 0; j < LFLARE_WAVELENGTHS; j++) ray->weight[j] = 1;
+    while (i < t->surface_count) {
+        const float *s = t->surface + i * LFLARE_SURFACE_FLOATS;
+        float normal[3], before = medium, after = way > 0 ? t->index[4 * i + k] : i > 0 ? t->index[4 * (i - 1) + k] : 1, height;
+        int reflected = (turns == 0 && i == pair.first) || (turns == 1 && i == pair.second);
+        ray->p[2] -= s[0] - z;
+        z = s[0];
+        if (!lflare__traced_meet(s, way, ray, normal)) return;
+        height = ray->p[0] * ray->p[0] + ray->p[1] * ray->p[1];
+        if (i == t->stop) {
+            for (j = 0; j < 2; j++) ray->stop[j] = ray->p[j] / t->iris.radius;
+        } else {
+            ray->relative = lflare__maxf(ray->relative, sqrtf(height) / s[2]);
+            if (!lflare__traced_pass(t->film + (size_t)i * LFLARE_FILM_SAMPLES * 4, before, after, reflected, normal, ray)) return;
+        }
+        if (reflected) {
+            way = -way;
+            turns++;
+        } else {
+            medium = after;
+        }
+        i += way > 0 ? 1 : -1;
+    }
+    if (!(ray->d[2] > 0)) return;
+    for (j = 0; j < 2; j++) ray->sensor[j] = ray->p[j] + ray->d[j] / ray->d[2] * (t->sensor_z - z - ray->p[2]);
+    ray->arrives = lflare__finite((double)(ray->sensor[0] + ray->sensor[1] + ray->relative));
+}
+
+/* A ghost's outline at the light's field angle. */
+typedef struct lflare__traced_view {
+    const lflare_tables *t;
+    lflare_pair pair;
+    float knot[12 + 4 * LFLARE_OUTLINE_SIDES]; /* see lflare__outline_ghost */
+    int32_t directions, rings, channel;        /* the wavelength traced */
+    int split;                                 /* for it alone */
+    float slope, sign;
+} lflare__traced_view;
+
+static int lflare__traced_view_make(const lflare_tables *t, int32_t g, int32_t mesh, const lflare_frame_light *l, lflare__traced_view *o)
+{
+    const float *head = t->outline + (size_t)g * LFLARE_OUTLINE_FLOATS, *a;
+    float at;
+    int32_t first, i;
+    if (!(l->field_angle < head[2])) return 0;
+    at = lflare__knot_of(l->field_angle, head[2], LFLARE_OUTLINE_KNOTS);
+    first = (int32_t)lflare__minf(at, LFLARE_OUTLINE_KNOTS - 2);
+    a = head + LFLARE__OUTLINE_HEAD + first * LFLARE__OUTLINE_KNOT;
+    for (i = 0; i < LFLARE__OUTLINE_KNOT; i++) o->knot[i] = a[i] + (at - (float)first) * (a[i + LFLARE__OUTLINE_KNOT] - a[i]);
+    o->t = t;
+    o->pair = t->pairs[g];
+    o->directions = (int32_t)head[0];
+    o->rings = (int32_t)head[1];
+    o->split = head[3] > 1;
+    o->channel = o->split ? mesh : 1;
+    o->slope = l->slope_length;
+    return 1;
+}
+
+/* What stands beside a direction: interpolated where the mesh has more of them. */
+static void lflare__outline_beside(const lflare__traced_view *o, int32_t direction, float *out)
+{
+    float at = (float)direction * (LFLARE_OUTLINE_SIDES - 1) / (float)o->directions;
+    int32_t first = (int32_t)lflare__minf(at, LFLARE_OUTLINE_SIDES - 2), i;
+    const float *a = o->knot + 12 + 4 * first;
+    for (i = 0; i < 4; i++) out[i] = a[i] + (at - (float)first) * (a[i + 4] - a[i]);
+}
+
+/* Area on the sensor per area on the entrance about a ray, signed, and how much that differs from one side of it to the other, over as
+   far as it is to the next vertex: half axes are divided into `cells`. */
+static float lflare__traced_shrink(const lflare__traced_view *o, const lflare__traced_ray *ray, float x, float y, float cells, float *spread)
+{
+    float step[2], slopes[2][4], shrink[2]; /* by the ray before, by the one behind */
+    int32_t axis, side, whole = 1;
+    for (axis = 0; axis < 2; axis++) {
+        step[axis] = 0.3f * o->knot[1 + axis] / cells;
+        for (side = 0; side < 2; side++) {
+            float way = side == 0 ? -step[axis] : step[axis];
+            lflare__traced_ray near;
+            lflare__traced_ray_make(o->t, o->pair, o->channel, axis == 0 ? x + way : x, axis == 1 ? y + way : y, o->slope, &near);
+            whole &= near.arrives;
+            slopes[side][2 * axis] = (near.sensor[0] - ray->sensor[0]) / way;
+            slopes[side][2 * axis + 1] = (near.sensor[1] - ray->sensor[1]) / way;
+        }
+    }
+    for (side = 0; side < 2; side++) shrink[side] = slopes[side][0] * slopes[side][3] - slopes[side][1] * slopes[side][2];
+    *spread = whole ? fabsf(shrink[1] - shrink[0]) / 0.3f : 1e30f;
+    return whole ? 0.25f * ((slopes[0][0] + slopes[1][0]) * (slopes[0][3] + slopes[1][3]) - (slopes[0][1] + slopes[1][1]) * (slopes[0][2] + slopes[1][2])) : 0;
+}
+
+/* The vertex `at` rings from the centre. Where no ray arrives, one nearer to the centre stands for it, closed. */
+static void lflare__traced_vertex(const lflare__traced_view *o, const lflare__patch_shape *p, float at, int32_t direction, float side, lflare_patch_vertex *out)
+{
+    const float *axis = p->light->axis, scale = p->style[3];
+    float angle = 3.14159265f * (float)direction / (float)o->directions, beside[4], local[2], entrance[2], shrink, spread, flat, x = 0, y = 0;
+    lflare__traced_ray ray;
+    int32_t k, tries;
+    lflare__outline_beside(o, direction, beside);
+    at *= beside[0] / (float)o->rings;
+    ray.arrives = 0;
+    for (tries = 0; tries < 10 && !ray.arrives; tries++, at *= 0.85f) {
+        y = direction == 0 || direction == o->directions ? 0 : at * o->knot[2] * sinf(angle);
+        x = o->knot[0] + at * o->knot[1] * cosf(angle) + o->knot[3] * y * y;
+        lflare__traced_ray_make(o->t, o->pair, o->channel, x, y, o->slope, &ray);
+    }
+    if (tries > 1) ray.relative = 2;
+    shrink = lflare__traced_shrink(o, &ray, x, y, (float)o->rings, &spread);
+    spread = lflare__maxf(spread, 1e-20f);
+    flat = lflare__maxf(p->even, lflare__minf(lflare__maxf(2 - fabsf(shrink) / spread, 0), 1));
+    memset(out, 0, sizeof *out);
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
+        float flux = o->split && k != o->channel ? 0 : ray.weight[k] * p->gain * p->light->irradiance[k] * p->style[k];
+        out->irradiance[k] = flat < 1 ? (1 - flat) * flux / lflare__maxf(fabsf(shrink), spread) : 0;
+        out->flux[k] = flat * flux * scale * scale;
+        lflare__turn(axis, ray.stop[0], side * ray.stop[1], out->iris[k]);
+        out->rim[k] = ray.relative;
+    }
+    entrance[0] = x - p->entrance;
+    entrance[1] = side * y;
+    lflare__turn(axis, entrance[0], entrance[1], out->entrance);
+    local[0] = p->middle + scale * (ray.sensor[0] - p->middle) + p->grown * entrance[0];
+    local[1] = scale * side * ray.sensor[1] + p->grown * entrance[1];
+    lflare__turn(axis, local[0], local[1], out->position);
+    for (k = 0; k < 2; k++) out->position[k] += p->shift[k];
+    out->rim_soft = lflare__patch_soft(p, beside[3]);
+    out->rim_ring = lflare__patch_ring(p, shrink, beside[3]);
+    out->iris_ring = lflare__patch_ring(p, shrink, o->knot[4]);
+    out->turn = side > 0 ? (float)direction : (float)(2 * o->directions - direction);
+}
+
+/* See lflare__patch_band. Outlines are interpolated, and so not exact: a share more on either side. */
+static void lflare__traced_band(const lflare__traced_view *o, const lflare__patch_shape *p, float iris_soft, int32_t direction, float *begin, float *end)
+{
+    const float spare = 0.04f;
+    float beside[4], inverse, shrink = o->knot[5] / lflare__maxf(o->knot[6], 1e-6f);
+    lflare__profile iris, rim;
+    lflare__outline_beside(o, direction, beside);
+    shrink *= shrink;
+    inverse = 1.1f / lflare__maxf(p->style[3] * beside[2] + fabsf(p->grown) * o->knot[6], 1.5f * p->pixel);
+    iris = lflare__profile_make(p->ringing, inverse * iris_soft, inverse * p->widest * lflare__patch_ring(p, shrink, o->knot[4]));
+    rim = lflare__profile_make(p->ringing, inverse * lflare__patch_soft(p, beside[3]), inverse * p->widest * lflare__patch_ring(p, shrink, beside[3]));
+    *begin = (float)o->rings * lflare__maxf(beside[1] - lflare__maxf(iris.inner, rim.inner) - p->softness - spare, 0);
+    *end = (float)o->rings * (1 + lflare__maxf(iris.outer, rim.outer) + p->softness + spare);
+}
+
+static int32_t lflare__traced_resolve(const lflare_tables *t, const lflare_frame_data *f, lflare_instance instance, lflare_patch *out)
+{
+    const lflare_frame_light *l = &f->lights[instance.light];
+    const float *head = t->outline + (size_t)instance.ghost * LFLARE_OUTLINE_FLOATS;
+    int32_t sectors = (int32_t)head[0] / 4, blocks = (int32_t)head[1] / 4, block = instance.patch / sectors % blocks, ragged = head[4] > 0, i, k;
+    lflare__traced_view o;
+    lflare__patch_shape p;
+    lflare__traced_ray centre;
+    if (!lflare__traced_view_make(t, instance.ghost, instance.patch / (sectors * blocks), l, &o)) return 0;
+    lflare__patch_shape_make(t, f, l, instance.ghost, &p);
+    out->iris_soft = lflare__patch_soft(&p, o.knot[4]);
+    lflare__patch_grow(f, o.knot[5], o.knot[6], o.knot[4], head[5], o.knot[7] < 0, &p);
+    lflare__traced_ray_make(t, o.pair, 1, o.knot[0], 0, o.slope, &centre);
+    p.middle = centre.sensor[0];
+    p.entrance = o.knot[0];
+    if (ragged) memset(out->inside, 0, sizeof out->inside);
+    for (i = 0; i < LFLARE_PATCH_DIRECTIONS; i++) {
+        int32_t direction = instance.patch % sectors * (LFLARE_PATCH_DIRECTIONS - 1) + i;
+        float side = direction > o.directions ? -1.0f : 1.0f, begin, end;
+        if (direction > o.directions) direction = 2 * o.directions - direction;
+        lflare__traced_band(&o, &p, out->iris_soft, direction, &begin, &end);
+        if (ragged) { /* the rim is everywhere, and every block has its part */
+            begin = (float)block / (float)blocks * end;
+            end *= (float)(block + 1) / (float)blocks;
+        }
+        for (k = 0; k < LFLARE_PATCH_RINGS && !ragged; k++)
+            lflare__traced_vertex(&o, &p, lflare__minf((float)(block * (LFLARE_PATCH_RINGS - 1) + k), begin), direction, side, &out->inside[k][i]);
+        for (k = 0; k < LFLARE_PATCH_BANDS; k++)
+            if (ragged || block == blocks - 1) lflare__traced_vertex(&o, &p, begin + (end - begin) * (float)k / (LFLARE_PATCH_BANDS - 1), direction, side, &out->rim[k][i]);
+    }
+    out->rimmed = ragged || block == blocks - 1;
+    return 1;
+}
+
+#endif /* LFLARE_NO_TRACE */
+
+LFLARE_API int32_t lflare_patch_resolve(const lflare_tables *t, const lflare_frame_data *f, lflare_instance instance, lflare_patch *out)
+{
+#ifndef LFLARE_NO_TRACE
+    if (t->model == LFLARE_MODEL_TRACED) return lflare__traced_resolve(t, f, instance, out);
+#endif
+#ifndef LFLARE_NO_ABERRATION
+    return lflare__mesh_resolve(t, f, instance, out);
+#else
+    return 0;
+#endif
+}
+
+#endif /* LFLARE__PATCHES */
 
 static float lflare__coverage(const lflare_footprint *fp, int32_t k, const lflare_iris *iris, float dx, float dy)
 {
@@ -7371,7 +8051,7 @@ LFLARE_API lflare_result lflare_software_rows(const lflare_footprint *footprints
     return LFLARE_OK;
 }
 
-#ifndef LFLARE_NO_ABERRATION
+#ifdef LFLARE__PATCHES
 /* -- patches -- */
 
 /* A quantity over a triangle, linear: at its first corner, and per pixel. */
@@ -7664,7 +8344,7 @@ LFLARE_API lflare_result lflare_software_patches(const lflare_tables *t, const l
     lflare__outline o;
     lflare_patch patch;
     int32_t i, k;
-    if (t == NULL || f == NULL || image == NULL || image->pixels == NULL || t->mesh == NULL) return LFLARE_ERROR_ARGUMENT;
+    if (t == NULL || f == NULL || image == NULL || image->pixels == NULL || t->model == LFLARE_MODEL_PARAXIAL) return LFLARE_ERROR_ARGUMENT;
     if (image->width != f->width || image->height != f->height || begin < 0 || end > image->height) return LFLARE_ERROR_ARGUMENT;
     o.iris = &t->iris;
     o.ringing = t->fringes ? t->ringing : NULL;
@@ -7679,7 +8359,7 @@ LFLARE_API lflare_result lflare_software_patches(const lflare_tables *t, const l
     return LFLARE_OK;
 }
 
-#endif /* LFLARE_NO_ABERRATION */
+#endif /* LFLARE__PATCHES */
 
 /* -- the light's own image -- */
 
@@ -9454,6 +10134,7 @@ struct lflare {
     lflare_realloc allocate;
     void *user;
     void *lens_memory, *settings_memory[2], *frame_memory;
+    float *outlines[2];        /* of the traced model, once it is asked for */
     lflare_tables_size size;
     size_t frame_bytes;
     lflare_tables tables[2];   /* sharing the lens part; `current` is shown, the other built */
@@ -9491,14 +10172,13 @@ LFLARE_API int32_t lflare_version(void) { return LFLARE_VERSION; }
 
 LFLARE_API void lflare_destroy(lflare *o)
 {
-#ifndef LFLARE_NO_DIFFRACTION
     int32_t i;
-#endif
     if (o == NULL) return;
     lflare__release(o, o->lens_memory, o->size.lens);
     lflare__release(o, o->settings_memory[0], o->size.settings);
     lflare__release(o, o->settings_memory[1], o->size.settings);
     lflare__release(o, o->frame_memory, o->frame_bytes);
+    for (i = 0; i < 2; i++) lflare__release(o, o->outlines[i], sizeof(float) * LFLARE_OUTLINE_FLOATS * (size_t)o->lens.ghost_count);
     lflare__release(o, o->overrides, o->override_bytes);
     lflare__release(o, o->footprints, sizeof(lflare_footprint) * (size_t)o->footprint_capacity);
 #ifndef LFLARE_NO_DIFFRACTION
@@ -9738,6 +10418,41 @@ static lflare_result lflare__configure_iris(const lflare *o, const lflare_settin
 }
 #endif /* LFLARE_NO_DIFFRACTION */
 
+/* Room for the outlines of traced ghosts. */
+static lflare_result lflare__configure_outlines(lflare *o, const lflare_settings *s, lflare_error *error)
+{
+    float **outline = &o->outlines[!o->current];
+    if (s->model != LFLARE_MODEL_TRACED) return LFLARE_OK;
+    if (*outline == NULL) *outline = (float *)lflare__allocate(o, sizeof(float) * LFLARE_OUTLINE_FLOATS * (size_t)o->lens.ghost_count);
+    o->tables[!o->current].outline = *outline;
+    return *outline != NULL ? LFLARE_OK : lflare__fail(error, LFLARE_ERROR_MEMORY, 0, 0, "out of memory");
+}
+
+/* Room for the instances that the tables may ask of a frame. */
+static lflare_result lflare__configure_frame(lflare *o)
+{
+    const lflare_tables *t = &o->tables[!o->current];
+    size_t lights = (size_t)o->frame.light_capacity, instances = 0, bytes;
+    void *memory;
+    int32_t g;
+    for (g = 0; g < t->active_count; g++) instances += t->cull[g].patches;
+    if (lights * instances <= (size_t)o->frame.instance_capacity) return LFLARE_OK;
+    if (lights * instances > (size_t)INT32_MAX) return LFLARE_ERROR_LIMIT;
+    bytes = lights * (sizeof(lflare_frame_light) + instances * sizeof(lflare_instance));
+    memory = lflare__allocate(o, bytes);
+    if (memory == NULL) return LFLARE_ERROR_MEMORY;
+    lflare__release(o, o->frame_memory, o->frame_bytes);
+    lflare__release(o, o->footprints, sizeof(lflare_footprint) * (size_t)o->footprint_capacity);
+    o->footprints = NULL; /* as many as instances */
+    o->footprint_capacity = 0;
+    o->frame_memory = memory;
+    o->frame_bytes = bytes;
+    o->frame.lights = (lflare_frame_light *)memory;
+    o->frame.instances = (lflare_instance *)(void *)((char *)memory + lights * sizeof(lflare_frame_light));
+    o->frame.instance_capacity = (int32_t)(lights * instances);
+    return LFLARE_OK;
+}
+
 LFLARE_API lflare_result lflare_configure_begin(lflare *o, const lflare_settings *settings, lflare_error *error)
 {
     lflare_override *copy = NULL;
@@ -9751,6 +10466,7 @@ LFLARE_API lflare_result lflare_configure_begin(lflare *o, const lflare_settings
         memcpy(copy, settings->overrides, bytes);
     }
     result = lflare__configure_iris(o, settings, error);
+    if (result == LFLARE_OK) result = lflare__configure_outlines(o, settings, error);
     if (result == LFLARE_OK) result = lflare_tables_configure_begin(&o->lens, &o->tables[!o->current], settings, error);
     if (result != LFLARE_OK) { /* what is being built stays as it is */
         lflare__release(o, copy, bytes);
@@ -9793,6 +10509,7 @@ LFLARE_API lflare_result lflare_configure_step(lflare *o, int32_t ghosts)
     if (result != LFLARE_OK) return lflare__configure_failed(o, result);
 #endif
     lflare_tables_configure_end(&o->tables[!o->current], &o->settings);
+    if (lflare__configure_frame(o) != LFLARE_OK) return LFLARE_ERROR_MEMORY;
     o->current = !o->current;
     o->configuring = 0;
     o->frame.light_count = o->frame.instance_count = o->footprint_count = 0; /* they belong to the old tables */
@@ -9846,8 +10563,8 @@ LFLARE_API lflare_result lflare_render_rows(const lflare *o, const lflare_image 
     if (o == NULL || image == NULL) return LFLARE_ERROR_ARGUMENT;
     result = lflare_software_starbursts(t, &o->frame, image, begin, end);
     if (result != LFLARE_OK) return result;
-#ifndef LFLARE_NO_ABERRATION
-    if (t->model == LFLARE_MODEL_POLYNOMIAL) return lflare_software_patches(t, &o->frame, image, begin, end);
+#ifdef LFLARE__PATCHES
+    if (t->model != LFLARE_MODEL_PARAXIAL) return lflare_software_patches(t, &o->frame, image, begin, end);
 #endif
     return lflare_software_rows(o->footprints, o->footprint_count, &t->iris, &o->frame, image, begin, end);
 }
@@ -9911,6 +10628,7 @@ LFLARE_API lflare_result lflare_file_read(const char *path, lflare_realloc alloc
 #endif /* LFLARE_NO_STDIO */
 
 #undef LFLARE__PI
+#undef LFLARE__PATCHES
 #undef LFLARE__NM_D
 #undef LFLARE__NM_F
 #undef LFLARE__NM_C

@@ -236,9 +236,9 @@ static int second_choice(const char *option, const char *text, const char *first
 static void read_model(options *o, const char *option, const char *text)
 {
     o->reference = strcmp(text, "reference") == 0;
-    o->model = o->reference ? LFLARE_MODEL_AUTO : strcmp(text, "polynomial") == 0 ? LFLARE_MODEL_POLYNOMIAL : LFLARE_MODEL_PARAXIAL;
+    o->model = o->reference ? LFLARE_MODEL_AUTO : strcmp(text, "polynomial") == 0 ? LFLARE_MODEL_POLYNOMIAL : strcmp(text, "traced") == 0 ? LFLARE_MODEL_TRACED : LFLARE_MODEL_PARAXIAL;
     if (o->model == LFLARE_MODEL_PARAXIAL && strcmp(text, "paraxial") != 0)
-        complain("%s: 'paraxial', 'polynomial' or 'reference' was expected, not '%s'", option, text);
+        complain("%s: 'paraxial', 'polynomial', 'traced' or 'reference' was expected, not '%s'", option, text);
 }
 
 /* `allowed`: the command's options, each with blanks around it. */
@@ -1080,7 +1080,7 @@ static void *fit_for_render(const options *o, const lflare_lens *lens, size_t *s
     double spent;
     void *fit;
     if (o->fit != NULL) return read_fit(o->fit, 1, lens, size);
-    if (o->reference || o->model == LFLARE_MODEL_PARAXIAL) return NULL;
+    if (o->reference || o->model == LFLARE_MODEL_PARAXIAL || o->model == LFLARE_MODEL_TRACED) return NULL;
     fit = fit_beside(o->operands[0], lens, size);
     if (fit != NULL || o->model != LFLARE_MODEL_POLYNOMIAL) return fit;
     fit = fit_lens(o->operands[0], lens, size, &spent);

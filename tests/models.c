@@ -1,4 +1,4 @@
-/* make models: how near the paraxial and the polynomial ghosts come to exact rays (examples/reference.h), picture by picture:
+/* make models: how near the paraxial, the polynomial and the traced ghosts come to exact rays (examples/reference.h), picture by picture:
    PSNR and SSIM as `flare compare` measures them. A point of light, three wavelengths, raw irradiance, ghosts only.
    References take 2 s to 3 min each on two cores and are kept in build/reference, as PFM, under names that hold all they depend on but
    the code: delete them when the tracing or reference.h changes. */
@@ -13,13 +13,14 @@
 #define DEGREE (3.14159265358979323846 / 180)
 #define FOLDER "build/reference"
 
-enum { CELLS = 96, SWEEP_CELLS = 24, SWEEP = 200, MAX_ANGLES = 16, WORST = 6, PARAXIAL = 0, POLYNOMIAL = 1, MODELS = 2 };
+enum { CELLS = 96, SWEEP_CELLS = 24, SWEEP = 200, MAX_ANGLES = 16, WORST = 6, PARAXIAL = 0, POLYNOMIAL = 1, TRACED = 2, MODELS = 3 };
 
-static const lflare_model models[MODELS] = {LFLARE_MODEL_PARAXIAL, LFLARE_MODEL_POLYNOMIAL};
+static const lflare_model models[MODELS] = {LFLARE_MODEL_PARAXIAL, LFLARE_MODEL_POLYNOMIAL, LFLARE_MODEL_TRACED};
+static const char *const model_names[MODELS] = {"paraxial", "polynomial", "traced"};
 
 static const char help[] =
     "models [--only SUBSTRING] [--size WxH] [--angles A,B,...] [--fnumber N] [--worst] [--sweep]\n"
-    "  the paraxial and the polynomial model against exact rays; run it from the root\n"
+    "  the paraxial, the polynomial and the traced model against exact rays; run it from the root\n"
     "  --only     the lenses whose file names hold it\n"
     "  --size     of the pictures (default: 1280x720)\n"
     "  --angles   of the light from the axis, degrees (default: 5.45,13.4,20)\n"
@@ -437,7 +438,7 @@ static picture draw(subject *s, const scene *c, lflare_model model, const lflare
     memset(&settings, 0, sizeof settings);
     settings.fnumber = c->fnumber;
     settings.blades = c->blades;
-    settings.raw = 1;
+    settings.raw = settings.no_starburst = settings.no_ringing = 1; /* as exact rays have it */
     settings.model = model;
     settings.overrides = hidden;
     for (g = 0; only != NULL && g < s->lens.ghost_count; g++) {
@@ -482,7 +483,6 @@ static double ghost_harm(subject *s, const scene *c, const lflare_pair *pair, co
 
 static void print_ghost(subject *s, const scene *c, const harm *h, const picture *whole, float white)
 {
-    static const char *const names[MODELS] = {"paraxial", "polynomial"};
     picture reference = reference_of(s, c, &h->pair);
     double light = light_of(&reference);
     char pair[32];
@@ -491,7 +491,7 @@ static void print_ghost(subject *s, const scene *c, const harm *h, const picture
     printf("      ghost %-6s", pair);
     for (k = MODELS - 1; k >= 0; k--) {
         picture drawn = draw(s, c, models[k], &h->pair);
-        printf("  %s: in place %.2f, alone ", names[k], harm_of(whole, white, &reference, &drawn));
+        printf("  %s: in place %.2f, alone ", model_names[k], harm_of(whole, white, &reference, &drawn));
         if (light > 0) printf("%.2f dB, light %.3f", compare(&reference, &drawn).psnr, light_of(&drawn) / light);
         else printf("dark, light %.2g", light_of(&drawn) / light_of(whole));
         free(drawn.rgb);
@@ -530,7 +530,7 @@ typedef struct tally {
     int pictures, dark, worse;
 } tally;
 
-static const tally tally_none = {{HUGE_VAL, HUGE_VAL}, 0, 0, 0, 0};
+static const tally tally_none = {{HUGE_VAL, HUGE_VAL, HUGE_VAL}, 0, 0, 0, 0};
 
 static void tally_add(tally *t, const likeness *found)
 {
@@ -592,8 +592,11 @@ static void measure_lens(subject *s, const options *o, int blades_too, tally *t)
 {
     static const double both[2] = {8, 0};
     int n, a, k, fnumbers = o->fnumber < 0 ? 2 : 1;
-    printf("%-30s   %-22s   polynomial\n", "", "paraxial");
-    printf("stop   iris     angle along        PSNR linear     SSIM     PSNR linear     SSIM\n");
+    printf("%-30s", "");
+    for (k = 0; k < MODELS; k++) printf("   %-22s", model_names[k]);
+    printf("\nstop   iris     angle along    ");
+    for (k = 0; k < MODELS; k++) printf("     PSNR linear     SSIM");
+    printf("\n");
     for (n = 0; n < fnumbers; n++)
         for (a = 0; a < o->angle_count; a++)
             for (k = 0; k < 2; k++) {
@@ -742,9 +745,9 @@ int main(int argc, char **argv)
     }
     if (o.sweep) return 0;
     if (sum.pictures + sum.dark == 0) complain("--only: no lens of the table has '%s' in its name", o.only);
-    printf("\n%-24s %10s %10s\n", "worst PSNR", "paraxial", "polynomial");
+    printf("\n%-24s %10s %10s %10s\n", "worst PSNR", model_names[PARAXIAL], model_names[POLYNOMIAL], model_names[TRACED]);
     for (i = 0; i < LENSES; i++)
-        if (tallies[i].pictures > 0) printf("%-24s %10.2f %10.2f\n", names[i], tallies[i].worst[PARAXIAL], tallies[i].worst[POLYNOMIAL]);
+        if (tallies[i].pictures > 0) printf("%-24s %10.2f %10.2f %10.2f\n", names[i], tallies[i].worst[PARAXIAL], tallies[i].worst[POLYNOMIAL], tallies[i].worst[TRACED]);
     printf("polynomial worse than paraxial in %d of %d pictures, by %.2f dB at most; %d more are dark\n", sum.worse, sum.pictures, sum.behind,
            sum.dark);
     return 0;
