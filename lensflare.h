@@ -162,6 +162,11 @@
    Irradiance is W times entrance area over sensor area: at a vertex, or, where a map turns over (caustics) and where a ghost is of
    few pixels, of the triangle that is drawn, so that its power stays whatever its shape.
 
+   The traced model (H 4) needs no fit. Configure looks with exact rays for what the iris leaves open, per ghost and wavelength at twelve
+   field angles: the outline on the entrance, in polar coordinates. A frame lays rings of vertices over it and traces each of them
+   anew, from `surface`, `index` and `film`, with four neighbours for its irradiance; clipping is by interpolated heights (P 7). A map that
+   bends more has more rings; wavelengths that lie over 0.3 pixels apart have meshes of their own.
+
    Diffraction (H 3.3, P 9). The light's own image is the iris's power spectrum, folded over the spectrum: kept as means over
    logarithms of the distance and what angles have over them, in units of wavelength times f-number, so that no f-number makes it
    anew, spikes go on as far as a frame reaches, and a lamp's size is a level of blur. Its energy is that of the light through the
@@ -176,11 +181,13 @@
        lens      rims      ghost:  LFLARE_MAX_RIMS x 3 x (A B h surface)                                   576 bytes
        lens      film      surface: 128 x (R at 3 wavelengths, 0) over cos(theta) in the rarer medium     2048 bytes
        lens      index     surface: index behind it at 3 wavelengths
+       lens      surface   surface: vertex, curvature, rim, conic and aspheric terms                             48 bytes
        settings  field     ghost:  LFLARE_FIELD_SAMPLES x 2 x (W_r W_g W_b centroid)(radius turn0 turn2 binding) 2048 bytes
        settings  style     ghost:  (tint rgb, scale)(move along, move across, field angle where hidden, 1/that)
        settings  cull      active ghosts, strongest first: bounds, for the CPU's loop                       28 bytes
        settings  mesh_head ghost: (first texel, directions, rings, diffraction)(hidden angle, bits, meshes, texels a knot)
        settings  mesh      ghost: 12 or 23 angles x 2 texels of the whole, then 5 a vertex, or 3 channels x 3    80 KB to 1.9 MB
+       settings  outline   ghost: for traced rays, 12 field angles x 17 directions x 3 wavelengths                11.6 KB
        settings  blades    (normal x y, distance, arc radius) per blade
        settings  mask      what stands in the iris besides: 512 x 512 bytes and its halves                    350 KB
        settings  fringed   the mask as diffraction shows it: 25 pictures of 256 x 256 and their halves        2.2 MB
@@ -189,8 +196,7 @@
        frame     lights    64 bytes each
        instance            ghost, light, patch, band: four 16-bit numbers                                    8 bytes
 
-   What comes next fits without moving these walls. Traced rays: `index`, the lens's radii and gaps in a uniform block of
-   128 x 16 bytes, `film` as it is. More than three wavelengths: `band` counts triples of wavelengths and rows repeat per
+   What comes next fits without moving these walls. More than three wavelengths: `band` counts triples of wavelengths and rows repeat per
    band.
 
    LIMITS
@@ -259,7 +265,7 @@ enum {
     LFLARE_SURFACE_FLOATS = 12,
     LFLARE_OUTLINE_KNOTS = 12,   /* field angles at which traced ghosts' outlines are kept; */
     LFLARE_OUTLINE_SIDES = 17,   /* directions, over half a turn */
-    LFLARE_OUTLINE_FLOATS = 8 + LFLARE_OUTLINE_KNOTS * (12 + 4 * LFLARE_OUTLINE_SIDES),
+    LFLARE_OUTLINE_FLOATS = LFLARE_WAVELENGTHS * (8 + LFLARE_OUTLINE_KNOTS * (12 + 4 * LFLARE_OUTLINE_SIDES)),
     LFLARE_PATCH_DIRECTIONS = 9, /* vertices of a patch of a mesh: round its inside and its rim, */
     LFLARE_PATCH_RINGS = 5,      /* outwards in the inside, */
     LFLARE_PATCH_BANDS = 3       /* and in the rim */
@@ -716,7 +722,8 @@ typedef enum lflare_model {
     LFLARE_MODEL_AUTO = 0,   /* polynomial if there is a fit, else paraxial */
     LFLARE_MODEL_PARAXIAL,   /* undistorted ghosts (LE 3) */
     LFLARE_MODEL_POLYNOMIAL, /* near enough to exact rays; needs a fit */
-    LFLARE_MODEL_TRACED      /* exact rays, traced anew each frame at every vertex (H 4); not with LFLARE_NO_TRACE. Software only, so far */
+    LFLARE_MODEL_TRACED      /* exact rays, traced at every vertex in each frame (H 4); needs no fit; configuring it takes 4 to 50 ms a ghost.
+                                Drawn in software: GL returns LFLARE_ERROR_ARGUMENT. Not with LFLARE_NO_TRACE */
 } lflare_model;
 
 /* Changes one ghost, by its surface pair counted from 1 as in tables and patents. All zeroes changes nothing. */
@@ -4591,6 +4598,7 @@ LFLARE_API lflare_fate lflare_path_trace(const lflare_path *path, const double e
 typedef struct lflare__finder {
     const lflare_lens *lens;
     double iris, reach;               /* radii on the stop plane and on the sensor, mm */
+    int32_t lead;                     /* the wavelength that searches look at */
     lflare_path paths[LFLARE_WAVELENGTHS];
 } lflare__finder;
 
@@ -4599,6 +4607,7 @@ static void lflare__finder_make(lflare__finder *f, const lflare_lens *lens, lfla
     int32_t k;
     f->lens = lens;
     f->iris = iris;
+    f->lead = 1;
     f->reach = LFLARE__FIT_REACH * lflare__max(lens->sensor_width, lens->sensor_height);
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
         lflare_path_make(lens, lflare__rgb_nm[k], &pair, &f->paths[k]);
@@ -4629,7 +4638,7 @@ static double lflare__least_closed_of(lflare__finder *f, double slope, int32_t c
     lflare_ray ray;
     int32_t i;
     for (i = -count; i <= count; i++) {
-        double c = lflare__closed(f, 1, i * step, 0, slope, &ray, NULL);
+        double c = lflare__closed(f, f->lead, i * step, 0, slope, &ray, NULL);
         if (c < best) {
             best = c;
             *at = i * step;
@@ -4638,8 +4647,8 @@ static double lflare__least_closed_of(lflare__finder *f, double slope, int32_t c
     for (i = 0; i < 24 && best > enough && best < 5; i++) { /* walk to the lower side, halving */
         double x = *at, lo, hi;
         step *= 0.6;
-        lo = lflare__closed(f, 1, x - step, 0, slope, &ray, NULL);
-        hi = lflare__closed(f, 1, x + step, 0, slope, &ray, NULL);
+        lo = lflare__closed(f, f->lead, x - step, 0, slope, &ray, NULL);
+        hi = lflare__closed(f, f->lead, x + step, 0, slope, &ray, NULL);
         if (lo < best) best = lo, *at = x - step;
         if (hi < best) best = hi, *at = x + step;
     }
@@ -6000,19 +6009,20 @@ static size_t lflare__mesh_layout(lflare_tables *t)
 #ifndef LFLARE_NO_TRACE
 /* -- outlines: where on the entrance the rays of a traced ghost pass, for the iris in force -- */
 
-/* A row of tables.outline. Head: directions of half a turn, rings, field angle where hidden, meshes (one, or one a wavelength), 1 if ragged,
-   radius that diffraction leaves times that of the bundle, 0, 0. Then knots: x of the centre, half axes, bend (x also goes with bend y^2);
+/* tables.outline, a ghost: one outline if wavelengths do not lie apart, else one for each. Head: directions of half a turn, rings, field
+   angle where hidden, 1 if there is one for each, 1 if ragged,
+   radius that diffraction leaves times that of the bundle, 0, 0. Then knots: x of the centre, half axes, how far the ends along y are bent along x;
    blur of the iris, mm on the sensor per radian of the lamp's size, radius on the sensor, on the entrance, 1 or -1 as the ghost stands;
    middle and radius of its bounds on the sensor, 0, 0; and for each direction how far out it is open to any wavelength, in half axes,
    where that is to all, as a share of it, mm on the sensor per half axis there, blur of what ends it. */
-enum { LFLARE__OUTLINE_HEAD = 8, LFLARE__OUTLINE_KNOT = 12 + 4 * LFLARE_OUTLINE_SIDES };
+enum { LFLARE__OUTLINE_HEAD = 8, LFLARE__OUTLINE_KNOT = 12 + 4 * LFLARE_OUTLINE_SIDES, LFLARE__OUTLINE_ONE = LFLARE__OUTLINE_HEAD + LFLARE_OUTLINE_KNOTS * LFLARE__OUTLINE_KNOT };
 
 typedef struct lflare__outliner {
     lflare__finder find;
     double lamps[LFLARE_MAX_STEPS];   /* blur of each step's rim, the stop's too */
     double slope, middle, half[2], bend, inscribed, pixel;
     double apart, curved;             /* of wavelengths; of the map from a line, over half the way out: greatest of all knots, pixels */
-    int turned;                       /* the map turns over somewhere */
+    int turned, fused;                /* the map turns over somewhere; one mesh is for all wavelengths */
 } lflare__outliner;
 
 /* See lflare__closed; (u, v) in half axes. */
@@ -6028,10 +6038,10 @@ static double lflare__outline_extent(lflare__outliner *o, double u, double v, do
     double near = 0, far = guess, open_near, open_far = 0;
     lflare_ray ray;
     int32_t i;
-    open_near = 1 - lflare__outline_closed(o, 1, u, v, &ray, NULL);
+    open_near = 1 - lflare__outline_closed(o, o->find.lead, u, v, &ray, NULL);
     if (open_near <= 0) return 0;
     for (i = 0; i < 16; i++) {
-        open_far = 1 - lflare__outline_closed(o, 1, u + far * du, v + far * dv, &ray, NULL);
+        open_far = 1 - lflare__outline_closed(o, o->find.lead, u + far * du, v + far * dv, &ray, NULL);
         if (open_far <= 0) break;
         near = far;
         open_near = open_far;
@@ -6039,8 +6049,8 @@ static double lflare__outline_extent(lflare__outliner *o, double u, double v, do
     }
     for (i = 0; i < 24 && far - near > 2e-3 * far; i++) {
         double share = i % 3 == 2 ? 0.5 : lflare__clamp(open_near / (open_near - open_far), 0.02, 0.98), middle = near + share * (far - near);
-        double open = 1 - lflare__outline_closed(o, 1, u + middle * du, v + middle * dv, &ray, NULL);
-        if (fabs(open) < 1e-3) return middle;
+        double open = 1 - lflare__outline_closed(o, o->find.lead, u + middle * du, v + middle * dv, &ray, NULL);
+        if (fabs(open) < 3e-5) return middle;
         if (open > 0) near = middle, open_near = open;
         else far = middle, open_far = open;
     }
@@ -6076,42 +6086,59 @@ static int lflare__outline_ragged(lflare__outliner *o)
     for (j = 0; j <= 4; j++)
         for (i = -5; i <= 5; i++) {
             double u = 0.25 * i, v = 0.28 * j;
-            if (lflare__outline_closed(o, 1, u, v, &ray, NULL) > 0.97) continue;
+            if (lflare__outline_closed(o, o->find.lead, u, v, &ray, NULL) > 0.97) continue;
             for (k = 1; k <= 3; k++)
-                if (lflare__outline_closed(o, 1, 0.25 * k * u, 0.25 * k * v, &ray, NULL) > 1.02) return 1;
+                if (lflare__outline_closed(o, o->find.lead, 0.25 * k * u, 0.25 * k * v, &ray, NULL) > 1.02) return 1;
         }
     return 0;
 }
 
-/* Half axes of an ellipse that holds all that is open, of a ragged ghost: a grid over the front element. */
-static void lflare__outline_frame(lflare__outliner *o)
+/* Bounds of all that is open, on a grid over the front element: least and greatest x, greatest y. */
+static void lflare__outline_bounds(lflare__outliner *o, double *bounds)
 {
-    enum { ACROSS = 24, UP = 24 };
+    const int32_t across = 24;
     const lflare_surface *front = &o->find.lens->prescription.surfaces[0];
-    double reach = front->semi_diameter + fabs(lflare_sag(front, front->semi_diameter)) * o->slope, step = reach / ACROSS, lo = o->middle - o->half[0], hi = o->middle + o->half[0], up = o->half[1];
+    double reach = front->semi_diameter + fabs(lflare_sag(front, front->semi_diameter)) * o->slope, step = reach / across;
     lflare_ray ray;
     int32_t i, j, k;
-    for (j = 0; j <= UP; j++)
-        for (i = -ACROSS; i <= ACROSS; i++)
+    bounds[0] = o->middle - o->half[0];
+    bounds[1] = o->middle + o->half[0];
+    bounds[2] = o->half[1];
+    for (j = 0; j <= across; j++)
+        for (i = -across; i <= across; i++)
             for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
+                if (k != o->find.lead && !o->fused) continue;
                 if (lflare__closed(&o->find, k, i * step, j * step, o->slope, &ray, NULL) > 1.03) continue;
-                lo = lflare__min(lo, (i - 0.7) * step);
-                hi = lflare__max(hi, (i + 0.7) * step);
-                up = lflare__max(up, (j + 0.7) * step);
+                bounds[0] = lflare__min(bounds[0], (i - 0.7) * step);
+                bounds[1] = lflare__max(bounds[1], (i + 0.7) * step);
+                bounds[2] = lflare__max(bounds[2], (j + 0.7) * step);
             }
+}
+
+/* The ellipse of a ragged ghost: it holds what is open at the neighbouring knots too, between which outlines are interpolated. */
+static void lflare__outline_frame(lflare__outliner *o, double (*bounds)[3], const int *open, int32_t knot)
+{
+    double lo = bounds[knot][0], hi = bounds[knot][1], up = bounds[knot][2];
+    int32_t i;
+    for (i = knot - 1; i <= knot + 1; i++) {
+        if (i < 0 || i >= LFLARE_OUTLINE_KNOTS || !open[i]) continue;
+        lo = lflare__min(lo, bounds[i][0]);
+        hi = lflare__max(hi, bounds[i][1]);
+        up = lflare__max(up, bounds[i][2]);
+    }
     o->middle = 0.5 * (lo + hi);
     o->half[0] = 1.2 * 0.5 * (hi - lo);
     o->half[1] = 1.2 * up;
     o->bend = 0;
 }
 
-/* One direction: the middle wavelength's outline, and where the others' lie by how closed they are there. */
+/* One direction; if the mesh is for all wavelengths the middle one's, and where the others' lie by how closed they are there. */
 static void lflare__outline_side(lflare__outliner *o, double u, double v, double *outer, double *inner)
 {
     double edge = lflare__outline_extent(o, 0, 0, u, v, 1), most = edge, least = edge;
     lflare_ray ray;
     int32_t k;
-    for (k = 0; k < LFLARE_WAVELENGTHS && edge > 0; k += 2) {
+    for (k = 0; k < LFLARE_WAVELENGTHS && edge > 0 && o->fused; k += 2) {
         double at = lflare__outline_closed(o, k, edge * u, edge * v, &ray, NULL), before = lflare__outline_closed(o, k, 0.9 * edge * u, 0.9 * edge * v, &ray, NULL);
         double there = edge * (1 + (1 - at) / lflare__max((at - before) / 0.1, 0.2));
         most = lflare__max(most, there);
@@ -6140,7 +6167,7 @@ static void lflare__outline_ray(lflare__outliner *o, int32_t k, double u, double
 /* The blur of what stops a ray first. */
 static double lflare__outline_lamp(const lflare__outliner *o, const lflare_ray *ray, const lflare_hit *hits)
 {
-    const lflare_path *path = &o->find.paths[1];
+    const lflare_path *path = &o->find.paths[o->find.lead];
     double stop = sqrt(ray->stop[0] * ray->stop[0] + ray->stop[1] * ray->stop[1]) / o->find.iris;
     int32_t i, widest = 0;
     for (i = 0; i < path->step_count && i < ray->steps; i++)
@@ -6170,15 +6197,15 @@ static void lflare__outline_knot(lflare__outliner *o, lflare_hit *hits, int ragg
     double centre[2], last[2][2] = {{0, 0}, {0, 0}}, area = 0, entrance = 0, lo, hi, up = 0, first = 0, ends = 0, sign = 0;
     lflare_ray ray, half, edge;
     int32_t d;
-    lflare__outline_ray(o, 1, 0, 0, &ray, NULL);
+    lflare__outline_ray(o, o->find.lead, 0, 0, &ray, NULL);
     lo = hi = centre[0] = ray.sensor[0];
     centre[1] = 0;
     for (d = 0; d < LFLARE_OUTLINE_SIDES; d++) {
         double angle = LFLARE__PI * d / (LFLARE_OUTLINE_SIDES - 1), u = cos(angle), v = d == 0 || d == LFLARE_OUTLINE_SIDES - 1 ? 0 : sin(angle), outer = 1, inner = 0, part;
         float *side = out + 12 + 4 * d;
         if (!ragged) lflare__outline_side(o, u, v, &outer, &inner);
-        lflare__outline_ray(o, 1, 0.5 * outer * u, 0.5 * outer * v, &half, NULL);
-        lflare__outline_ray(o, 1, outer * u, outer * v, &edge, hits);
+        lflare__outline_ray(o, o->find.lead, 0.5 * outer * u, 0.5 * outer * v, &half, NULL);
+        lflare__outline_ray(o, o->find.lead, outer * u, outer * v, &edge, hits);
         side[0] = (float)outer;
         side[1] = (float)inner;
         side[2] = (float)(outer > 0 ? 2 * hypot(edge.sensor[0] - half.sensor[0], edge.sensor[1] - half.sensor[1]) : 0);
@@ -6209,9 +6236,9 @@ static void lflare__outline_knot(lflare__outliner *o, lflare_hit *hits, int ragg
     out[0] = (float)o->middle;
     out[1] = (float)o->half[0];
     out[2] = (float)o->half[1];
-    out[3] = (float)o->bend;
-    for (d = 0; d < o->find.paths[1].step_count; d++)
-        if (o->find.paths[1].steps[d].surface == o->find.lens->stop) out[4] = (float)o->lamps[d];
+    out[3] = (float)(o->bend * o->half[1] * o->half[1]);
+    for (d = 0; d < o->find.paths[o->find.lead].step_count; d++)
+        if (o->find.paths[o->find.lead].steps[d].surface == o->find.lens->stop) out[4] = (float)o->lamps[d];
     out[5] = (float)sqrt(2 * area / LFLARE__PI);
     out[6] = (float)sqrt(2 * entrance / LFLARE__PI);
     out[7] = first >= ends ? 1.0f : -1.0f;
@@ -6233,82 +6260,122 @@ static void lflare__outline_lamps(lflare__outliner *o, const lflare_lens *lens, 
         o->lamps[step++] = lflare__min(fabs(m12 - m11 * at.b / (fabs(at.a) > 1e-9 ? at.a : 1e-9)), 10 * fabs(m12) + lens->sensor_width);
 }
 
-/* Outlines of one ghost at all knots. */
-static void lflare__outline_ghost(const lflare_lens *lens, lflare_tables *t, int32_t g)
+static double lflare__outline_slope(int32_t knot, double hidden) { return tan((double)lflare__knot_angle(knot, (float)hidden, LFLARE_OUTLINE_KNOTS) * (knot == LFLARE_OUTLINE_KNOTS - 1 ? 0.99999 : 1)); }
+
+/* The outline of one wavelength, or of all, at all knots. 0 if nothing passes. */
+static int lflare__outline_one(lflare__outliner *o, float *head)
 {
-    float *head = t->outline + (size_t)g * LFLARE_OUTLINE_FLOATS, *knots = head + LFLARE__OUTLINE_HEAD;
-    lflare__outliner o;
+    float *knots = head + LFLARE__OUTLINE_HEAD;
     lflare_hit hits[LFLARE_MAX_STEPS];
     double hidden;
+    double bounds[LFLARE_OUTLINE_KNOTS][3], width, last = 0;
     int open[LFLARE_OUTLINE_KNOTS], ragged = 0;
-    int32_t j, pass, level, any = 0;
-    memset(head, 0, sizeof(float) * LFLARE_OUTLINE_FLOATS);
-    lflare__finder_make(&o.find, lens, t->pairs[g], (double)t->iris.radius);
-    o.inscribed = (double)lflare__iris_inscribed(&t->iris);
-    o.pixel = lens->sensor_width / 1280;
-    hidden = lflare__find_hidden(&o.find);
-    if (!(hidden > 0)) return;
-    lflare__outline_lamps(&o, lens, t->pairs[g], t->head + (size_t)g * LFLARE_HEAD_FLOATS);
-    for (pass = 0; pass < 2; pass++) { /* a second time where the first finds the ghost ragged */
-        o.apart = o.curved = 0;
-        o.turned = 0;
-        for (j = any = 0; j < LFLARE_OUTLINE_KNOTS; j++) {
-            o.slope = tan((double)lflare__knot_angle(j, (float)hidden, LFLARE_OUTLINE_KNOTS) * (j == LFLARE_OUTLINE_KNOTS - 1 ? 0.99999 : 1));
-            open[j] = lflare__outline_place(&o);
-            if (open[j]) any = 1;
-            if (open[j] && pass == 0 && !ragged) ragged = lflare__outline_ragged(&o);
-            if (open[j] && ragged && pass == 1) lflare__outline_frame(&o);
-            if (open[j] && !(ragged && pass == 0)) lflare__outline_knot(&o, hits, ragged, knots + j * LFLARE__OUTLINE_KNOT);
-        }
-        if (!ragged || !any) break;
+    int32_t j, level, any = 0;
+    hidden = lflare__find_hidden(&o->find);
+    if (!(hidden > 0)) return 0;
+    o->apart = o->curved = 0;
+    o->turned = 0;
+    memset(bounds, 0, sizeof bounds);
+    for (j = 0; j < LFLARE_OUTLINE_KNOTS; j++) {
+        o->slope = lflare__outline_slope(j, hidden);
+        open[j] = lflare__outline_place(o);
+        width = open[j] ? 2 * o->half[0] : 0;
+        if (open[j]) any = 1;
+        if (open[j] && !ragged) ragged = lflare__outline_ragged(o) || (last > 0 && width > 1.15 * last); /* what jumps from knot to knot, too */
+        last = width;
+        if (open[j] && !ragged) lflare__outline_knot(o, hits, 0, knots + j * LFLARE__OUTLINE_KNOT);
     }
-    if (!any) return;
+    for (j = 0; j < LFLARE_OUTLINE_KNOTS && ragged; j++) {
+        o->slope = lflare__outline_slope(j, hidden);
+        if (open[j] && lflare__outline_place(o)) lflare__outline_bounds(o, bounds[j]);
+    }
+    for (j = 0; j < LFLARE_OUTLINE_KNOTS && ragged; j++) {
+        o->slope = lflare__outline_slope(j, hidden);
+        lflare__outline_frame(o, bounds, open, j);
+        if (open[j]) lflare__outline_knot(o, hits, 1, knots + j * LFLARE__OUTLINE_KNOT);
+    }
+    if (!any) return 0;
     for (j = 0; j < LFLARE_OUTLINE_KNOTS; j++) { /* shut ones take their neighbour's */
         int32_t i, nearest = -1;
         for (i = 0; i < LFLARE_OUTLINE_KNOTS && !open[j]; i++)
             if (open[i] && (nearest < 0 || abs(i - j) < abs(nearest - j))) nearest = i;
         if (nearest >= 0) memcpy(knots + j * LFLARE__OUTLINE_KNOT, knots + nearest * LFLARE__OUTLINE_KNOT, sizeof(float) * LFLARE__OUTLINE_KNOT);
     }
-    for (level = 0; level < 2 && o.curved > (o.turned || ragged ? 3 : 10); level++) o.curved /= 4;
-    if (ragged && level == 0) level = 1;
+    for (level = 0; level < 3 && o->curved > (o->turned || ragged ? 3 : 10); level++) o->curved /= 4;
+    if (ragged && level < 2) level = 2;
     head[0] = level < 2 ? 16.0f : 32.0f;
     head[1] = (float)(4 << level);
     head[2] = (float)hidden;
-    head[3] = o.apart > 0.3 ? (float)LFLARE_WAVELENGTHS : 1;
+    head[3] = !o->fused;
     head[4] = (float)ragged;
-    head[5] = 0.61e-6f * t->wavelengths[1] * t->head[(size_t)g * LFLARE_HEAD_FLOATS + 7];
+    return 1;
 }
+
+/* Outlines of a ghost: the middle wavelength's says whether the others lie apart. */
+static void lflare__outline_ghost(const lflare_lens *lens, lflare_tables *t, int32_t g)
+{
+    float *all = t->outline + (size_t)g * LFLARE_OUTLINE_FLOATS;
+    lflare__outliner o;
+    int32_t k;
+    int open;
+    memset(all, 0, sizeof(float) * LFLARE_OUTLINE_FLOATS);
+    lflare__finder_make(&o.find, lens, t->pairs[g], (double)t->iris.radius);
+    o.inscribed = (double)lflare__iris_inscribed(&t->iris);
+    o.pixel = lens->sensor_width / 1280;
+    o.fused = 1;
+    lflare__outline_lamps(&o, lens, t->pairs[g], t->head + (size_t)g * LFLARE_HEAD_FLOATS);
+    open = lflare__outline_one(&o, all);
+    o.fused = open && o.apart <= 0.3;
+    for (k = 0; k < LFLARE_WAVELENGTHS && !o.fused; k++) {
+        float *one = all + k * LFLARE__OUTLINE_ONE;
+        memset(one, 0, sizeof(float) * LFLARE__OUTLINE_ONE);
+        o.find.lead = k;
+        lflare__outline_one(&o, one);
+        one[3] = 1;
+    }
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) all[k * LFLARE__OUTLINE_ONE + 5] = 0.61e-6f * t->wavelengths[k] * t->head[(size_t)g * LFLARE_HEAD_FLOATS + 4 * (size_t)k + 3];
+}
+
+/* Patches of a mesh with such a head. */
+static int32_t lflare__outline_patches(const float *head) { return head[2] > 0 ? (int32_t)(head[0] / 4) * (int32_t)(head[1] / 4) : 0; }
 
 /* lflare__cull_ghost for a traced one. */
 static void lflare__outline_cull(lflare_tables *t, int32_t g)
 {
-    const float *head = t->outline + (size_t)g * LFLARE_OUTLINE_FLOATS, *style = t->style + (size_t)g * LFLARE_STYLE_FLOATS;
+    const float *all = t->outline + (size_t)g * LFLARE_OUTLINE_FLOATS, *style = t->style + (size_t)g * LFLARE_STYLE_FLOATS;
     lflare_cull *cull = &t->cull[g];
-    float along = 0, weight = 0, reach = 0;
-    int32_t j;
+    float along = 0, weight = 0, reach = 0, hidden = 0;
+    int32_t j, k, count = all[3] > 0 ? LFLARE_WAVELENGTHS : 1;
     cull->patches = 0;
-    if (!(head[2] > 0)) { /* nothing passes */
+    for (k = 0; k < count; k++) {
+        const float *head = all + k * LFLARE__OUTLINE_ONE;
+        for (j = 0; j < LFLARE_OUTLINE_KNOTS && head[2] > 0; j++) {
+            const float *knot = head + LFLARE__OUTLINE_HEAD + j * LFLARE__OUTLINE_KNOT;
+            float u = tanf(lflare__knot_angle(j, head[2], LFLARE_OUTLINE_KNOTS));
+            along += knot[8] * u;
+            weight += u * u;
+            reach = lflare__maxf(reach, knot[4]);
+        }
+        hidden = lflare__maxf(hidden, head[2]);
+        cull->patches = (uint16_t)(cull->patches + lflare__outline_patches(head));
+    }
+    if (!(hidden > 0)) { /* nothing passes */
         t->rank[g * 2] = 0;
         return;
     }
-    for (j = 0; j < LFLARE_OUTLINE_KNOTS; j++) {
-        const float *knot = head + LFLARE__OUTLINE_HEAD + j * LFLARE__OUTLINE_KNOT;
-        float u = tanf(lflare__knot_angle(j, head[2], LFLARE_OUTLINE_KNOTS));
-        along += knot[8] * u;
-        weight += u * u;
-        reach = lflare__maxf(reach, knot[4]);
-    }
     along /= weight;
     cull->radius = 0;
-    for (j = 0; j < LFLARE_OUTLINE_KNOTS; j++) {
-        const float *knot = head + LFLARE__OUTLINE_HEAD + j * LFLARE__OUTLINE_KNOT;
-        cull->radius = lflare__maxf(cull->radius, 1.2f * knot[9] + fabsf(knot[8] - along * tanf(lflare__knot_angle(j, head[2], LFLARE_OUTLINE_KNOTS))));
+    for (k = 0; k < count; k++) {
+        const float *head = all + k * LFLARE__OUTLINE_ONE;
+        for (j = 0; j < LFLARE_OUTLINE_KNOTS && head[2] > 0; j++) {
+            const float *knot = head + LFLARE__OUTLINE_HEAD + j * LFLARE__OUTLINE_KNOT;
+            cull->radius = lflare__maxf(cull->radius, 1.2f * knot[9] + fabsf(knot[8] - along * tanf(lflare__knot_angle(j, head[2], LFLARE_OUTLINE_KNOTS))));
+        }
     }
     if (style[3] != 1) cull->radius *= 1 + 2 * style[3];
     cull->along = along + style[4] * t->efl;
     cull->reach = 3 * reach * lflare__maxf(style[3], 1);
-    cull->hidden_slope = tanf(head[2]);
-    cull->patches = (uint16_t)(head[3] * (head[0] / 4) * (head[1] / 4));
+    cull->hidden_slope = tanf(hidden);
 }
 
 #endif /* LFLARE_NO_TRACE */
@@ -6318,7 +6385,6 @@ LFLARE_API lflare_tables_size lflare_tables_layout(const lflare_lens *lens, cons
     const size_t f = sizeof(float), ghosts = (size_t)lens->ghost_count, surfaces = (size_t)lens->surface_count;
     lflare_tables_size size;
     static const double *const nm = lflare__rgb_nm;
-    double z = 0;
     size_t arrays[11];
     int32_t i;
     t->ghost_count = lens->ghost_count;
@@ -6330,9 +6396,12 @@ LFLARE_API lflare_tables_size lflare_tables_layout(const lflare_lens *lens, cons
     arrays[2] = ghosts * LFLARE_MAX_RIMS * LFLARE_RIM_FLOATS * f;
     arrays[3] = surfaces * LFLARE_FILM_SAMPLES * 4 * f;
 #ifndef LFLARE_NO_DIFFRACTION
-    arrays[4] = (surfaces * (4 + LFLARE_SURFACE_FLOATS) + 4 + LFLARE_RINGING_FLOATS) * f;
+    arrays[4] = ((surfaces + 1) * 4 + LFLARE_RINGING_FLOATS) * f;
 #else
-    arrays[4] = (surfaces * (4 + LFLARE_SURFACE_FLOATS) + 4) * f;
+    arrays[4] = (surfaces + 1) * 4 * f;
+#endif
+#ifndef LFLARE_NO_TRACE
+    arrays[4] += surfaces * LFLARE_SURFACE_FLOATS * f;
 #endif
     arrays[5] = ghosts * LFLARE_FIELD_SAMPLES * LFLARE_FIELD_FLOATS * f;
     arrays[6] = ghosts * LFLARE_STYLE_FLOATS * f;
@@ -6353,8 +6422,11 @@ LFLARE_API lflare_tables_size lflare_tables_layout(const lflare_lens *lens, cons
         t->rims = (float *)lflare__carve(&at, arrays[2]);
         t->film = (float *)lflare__carve(&at, arrays[3]);
         t->index = (float *)lflare__carve(&at, arrays[4]);
-        t->surface = t->index + surfaces * 4;
-        t->transmission = t->surface + surfaces * LFLARE_SURFACE_FLOATS;
+        t->transmission = t->index + surfaces * 4;
+#ifndef LFLARE_NO_TRACE
+        t->surface = t->transmission;
+        t->transmission += surfaces * LFLARE_SURFACE_FLOATS;
+#endif
 #ifndef LFLARE_NO_DIFFRACTION
         t->ringing = t->transmission + 4;
 #else
@@ -6375,8 +6447,10 @@ LFLARE_API lflare_tables_size lflare_tables_layout(const lflare_lens *lens, cons
     }
     t->surface_count = lens->surface_count;
     t->stop = lens->stop;
-    for (i = 0; i < lens->surface_count; i++) z += lens->prescription.surfaces[i].thickness;
-    t->sensor_z = (float)z;
+#ifndef LFLARE_NO_TRACE
+    t->sensor_z = 0;
+    for (i = 0; i < lens->surface_count; i++) t->sensor_z += (float)lens->prescription.surfaces[i].thickness;
+#endif
     t->sensor_width = (float)lens->sensor_width;
     t->sensor_height = (float)lens->sensor_height;
     t->efl = (float)lens->efl;
@@ -6505,6 +6579,7 @@ static void lflare__prepare_ghost(const lflare_lens *lens, lflare_tables *t, int
     head[15] = 0;
 }
 
+#ifndef LFLARE_NO_TRACE
 static void lflare__prepare_surface(const lflare_lens *lens, lflare_tables *t, int32_t i, double z)
 {
     const lflare_surface *s = &lens->prescription.surfaces[i];
@@ -6520,11 +6595,14 @@ static void lflare__prepare_surface(const lflare_lens *lens, lflare_tables *t, i
         row[4 + j] = lflare__single(s->aspheric[j] * term);
     }
 }
+#endif
 
 LFLARE_API lflare_result lflare_tables_prepare(const lflare_lens *lens, lflare_tables *t, int32_t begin, int32_t end)
 {
     double n[LFLARE_WAVELENGTHS][LFLARE_MAX_SURFACES + 1];
+#ifndef LFLARE_NO_TRACE
     double z = 0;
+#endif
     int32_t g, i, k, count;
     if (lens == NULL || t == NULL || begin < 0 || end > t->ghost_count || t->head == NULL) return LFLARE_ERROR_ARGUMENT;
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) lflare__indices(&lens->prescription, lflare__rgb_nm[k], n[k]);
@@ -6539,8 +6617,10 @@ LFLARE_API lflare_result lflare_tables_prepare(const lflare_lens *lens, lflare_t
             lflare__film_row(lens, i, scratch, t->film + (size_t)i * LFLARE_FILM_SAMPLES * 4);
             for (k = 0; k < LFLARE_WAVELENGTHS; k++) t->index[i * 4 + k] = (float)n[k][i + 1];
             t->index[i * 4 + 3] = 0;
+#ifndef LFLARE_NO_TRACE
             lflare__prepare_surface(lens, t, i, z);
             z += lens->prescription.surfaces[i].thickness;
+#endif
             for (k = 0; k < LFLARE_WAVELENGTHS; k++)
                 t->transmission[k] = (i == 0 ? 1 : t->transmission[k]) * (i == lens->stop ? 1 : 1 - t->film[((size_t)i * LFLARE_FILM_SAMPLES + LFLARE_FILM_SAMPLES - 1) * 4 + (size_t)k]);
         }
@@ -6625,24 +6705,23 @@ LFLARE_API lflare_result lflare_tables_configure_begin(const lflare_lens *lens, 
         if (!lflare__finite3(o->tint) || !(fabsf(o->ev) <= 60) || !(o->scale >= 0 && o->scale <= 1000) || !(fabsf(o->move[0]) <= 1000) || !(fabsf(o->move[1]) <= 1000))
             return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "override %i of ghost (%i,%i): a number is out of range", i, o->first, o->second);
     }
-    if ((int)s->model < 0 || s->model > LFLARE_MODEL_TRACED) return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "there is no model %i", (int)s->model);
-    if (s->model == LFLARE_MODEL_POLYNOMIAL && t->mesh == NULL)
-        return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "the polynomial model needs a fit: see lflare_aberration_fit");
-#ifdef LFLARE_NO_TRACE
-    if (s->model == LFLARE_MODEL_TRACED) return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "this build has LFLARE_NO_TRACE: it has no traced model");
-#endif
-    if (s->model == LFLARE_MODEL_TRACED && t->outline == NULL) return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "the traced model needs tables.outline");
+    if ((int)s->model < 0 || s->model > LFLARE_MODEL_TRACED || (s->model == LFLARE_MODEL_TRACED ? t->outline : s->model == LFLARE_MODEL_POLYNOMIAL ? t->mesh : t->field) == NULL)
+        return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "the polynomial model needs a fit, the traced one its room");
     if (lflare_iris_make(lens, s->fnumber, s->blades, (double)s->blade_rotation, (double)s->blade_curvature, &t->iris, &fnumber) != LFLARE_OK)
-        return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "the iris has 0 or 3 to 16 blades, a finite rotation, a curvature from 0 to 1");
+        return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "the iris has 0 or 3 to 16 blades, curvature 0 to 1");
     if (!(s->iris_softness >= 0 && s->iris_softness <= 0.5f) || !(s->starburst_scale >= 0 && s->starburst_scale <= 1000) || !(fabsf(s->starburst_ev) <= 60) ||
         !(s->streak.share >= 0 && s->streak.share <= 1) || !(s->streak.length >= 0 && s->streak.length <= 100) || !(s->streak.thickness >= 0 && s->streak.thickness <= 100) ||
         !lflare__finite3(s->streak.tint))
-        return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "iris_softness is 0 to 0.5, starburst_scale 0 to 1000, starburst_ev -60 to 60; of a streak share 0 to 1, length and thickness 0 to 100, tint finite");
+        return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "iris_softness is 0 to 0.5, starburst_scale 0 to 1000, starburst_ev -60 to 60; a streak's share 0 to 1, its sizes 0 to 100");
     t->iris.softness = s->iris_softness;
     t->fringes = t->ringing != NULL && !s->no_ringing;
     t->starburst = NULL;
     t->starburst_unit = 0.5f * 550e-6f * t->efl * (float)fabs(lens->stop_a11) / t->iris.radius * (s->starburst_scale > 0 ? s->starburst_scale : 1);
+#ifdef LFLARE__PATCHES
     t->model = s->model != LFLARE_MODEL_AUTO ? s->model : t->mesh != NULL ? LFLARE_MODEL_POLYNOMIAL : LFLARE_MODEL_PARAXIAL;
+#else
+    t->model = LFLARE_MODEL_PARAXIAL;
+#endif
     t->fnumber = (float)fnumber;
     t->ghost_budget = s->ghost_budget;
     return LFLARE_OK;
@@ -7542,7 +7621,7 @@ static void lflare__traced_ray_make(const lflare_tables *t, lflare_pair pair, in
         int reflected = (turns == 0 && i == pair.first) || (turns == 1 && i == pair.second);
         ray->p[2] -= s[0] - z;
         z = s[0];
-        if (!lflare__traced_meet(s, way, ray, normal)) return;
+        if (!(ray->d[2] * way > 0) || !lflare__traced_meet(s, way, ray, normal)) return; /* it went the wrong way, or misses */
         height = ray->p[0] * ray->p[0] + ray->p[1] * ray->p[1];
         if (i == t->stop) {
             for (j = 0; j < 2; j++) ray->stop[j] = ray->p[j] / t->iris.radius;
@@ -7569,15 +7648,21 @@ typedef struct lflare__traced_view {
     lflare_pair pair;
     float knot[12 + 4 * LFLARE_OUTLINE_SIDES]; /* see lflare__outline_ghost */
     int32_t directions, rings, channel;        /* the wavelength traced */
-    int split;                                 /* for it alone */
-    float slope, sign;
+    int split, ragged;                         /* for it alone */
+    float slope, diffraction;
 } lflare__traced_view;
 
-static int lflare__traced_view_make(const lflare_tables *t, int32_t g, int32_t mesh, const lflare_frame_light *l, lflare__traced_view *o)
+/* The one that a patch of the ghost belongs to; *patch counts within it from there on. 0 if it is hidden. */
+static int lflare__traced_view_make(const lflare_tables *t, int32_t g, const lflare_frame_light *l, int32_t *patch, lflare__traced_view *o)
 {
     const float *head = t->outline + (size_t)g * LFLARE_OUTLINE_FLOATS, *a;
     float at;
-    int32_t first, i;
+    int32_t first, i, mesh = 0;
+    o->split = head[3] > 0;
+    for (; mesh < LFLARE_WAVELENGTHS - 1 && *patch >= lflare__outline_patches(head); mesh++) {
+        *patch -= lflare__outline_patches(head);
+        head += LFLARE__OUTLINE_ONE;
+    }
     if (!(l->field_angle < head[2])) return 0;
     at = lflare__knot_of(l->field_angle, head[2], LFLARE_OUTLINE_KNOTS);
     first = (int32_t)lflare__minf(at, LFLARE_OUTLINE_KNOTS - 2);
@@ -7587,7 +7672,8 @@ static int lflare__traced_view_make(const lflare_tables *t, int32_t g, int32_t m
     o->pair = t->pairs[g];
     o->directions = (int32_t)head[0];
     o->rings = (int32_t)head[1];
-    o->split = head[3] > 1;
+    o->ragged = head[4] > 0;
+    o->diffraction = head[5];
     o->channel = o->split ? mesh : 1;
     o->slope = l->slope_length;
     return 1;
@@ -7603,10 +7689,12 @@ static void lflare__outline_beside(const lflare__traced_view *o, int32_t directi
 }
 
 /* Area on the sensor per area on the entrance about a ray, signed, and how much that differs from one side of it to the other, over as
-   far as it is to the next vertex: half axes are divided into `cells`. */
-static float lflare__traced_shrink(const lflare__traced_view *o, const lflare__traced_ray *ray, float x, float y, float cells, float *spread)
+   far as it is to the next vertex: half axes are divided into `cells`. How heights curve across: rims are round, and along a line outwards
+   heights grow evenly, so that this is what their second slopes add up to. */
+static float lflare__traced_shrink(const lflare__traced_view *o, const lflare__traced_ray *ray, float x, float y, float cells, float *spread, float *curved)
 {
     float step[2], slopes[2][4], shrink[2]; /* by the ray before, by the one behind */
+    *curved = 0;
     int32_t axis, side, whole = 1;
     for (axis = 0; axis < 2; axis++) {
         step[axis] = 0.3f * o->knot[1 + axis] / cells;
@@ -7615,6 +7703,7 @@ static float lflare__traced_shrink(const lflare__traced_view *o, const lflare__t
             lflare__traced_ray near;
             lflare__traced_ray_make(o->t, o->pair, o->channel, axis == 0 ? x + way : x, axis == 1 ? y + way : y, o->slope, &near);
             whole &= near.arrives;
+            *curved += (near.relative - ray->relative) / (step[axis] * step[axis]);
             slopes[side][2 * axis] = (near.sensor[0] - ray->sensor[0]) / way;
             slopes[side][2 * axis + 1] = (near.sensor[1] - ray->sensor[1]) / way;
         }
@@ -7624,23 +7713,41 @@ static float lflare__traced_shrink(const lflare__traced_view *o, const lflare__t
     return whole ? 0.25f * ((slopes[0][0] + slopes[1][0]) * (slopes[0][3] + slopes[1][3]) - (slopes[0][1] + slopes[1][1]) * (slopes[0][2] + slopes[1][2])) : 0;
 }
 
-/* The vertex `at` rings from the centre. Where no ray arrives, one nearer to the centre stands for it, closed. */
+/* The ray `at` half axes from the centre. Where none arrives (total reflection, mostly) the last one on the way there that does stands for
+   it, on the edge of what is lit. Returns where that is. */
+static float lflare__traced_last(const lflare__traced_view *o, float at, float angle, float *place, lflare__traced_ray *ray)
+{
+    float near = 0, far = at, c = cosf(angle), s = sinf(angle), edge = 0;
+    int32_t tries;
+    for (tries = 0; tries < 9; tries++) {
+        place[1] = at * o->knot[2] * s;
+        place[0] = o->knot[0] + at * o->knot[1] * c + o->knot[3] * at * s * at * s;
+        lflare__traced_ray_make(o->t, o->pair, o->channel, place[0], place[1], o->slope, ray);
+        if (ray->arrives) {
+            if (tries == 0 || tries == 8) break;
+            near = at;
+        } else {
+            far = at;
+            edge = 1;
+        }
+        at = tries < 7 ? 0.5f * (near + far) : near; /* the last is one that arrives */
+    }
+    ray->relative = lflare__maxf(ray->relative, ray->arrives ? edge : 2);
+    return at;
+}
+
+/* The vertex `at` rings from the centre. */
 static void lflare__traced_vertex(const lflare__traced_view *o, const lflare__patch_shape *p, float at, int32_t direction, float side, lflare_patch_vertex *out)
 {
     const float *axis = p->light->axis, scale = p->style[3];
-    float angle = 3.14159265f * (float)direction / (float)o->directions, beside[4], local[2], entrance[2], shrink, spread, flat, x = 0, y = 0;
+    float angle = 3.14159265f * (float)direction / (float)o->directions, beside[4], local[2], place[2], entrance[2], shrink, spread, curved, chord, flat;
     lflare__traced_ray ray;
-    int32_t k, tries;
+    int32_t k;
     lflare__outline_beside(o, direction, beside);
-    at *= beside[0] / (float)o->rings;
-    ray.arrives = 0;
-    for (tries = 0; tries < 10 && !ray.arrives; tries++, at *= 0.85f) {
-        y = direction == 0 || direction == o->directions ? 0 : at * o->knot[2] * sinf(angle);
-        x = o->knot[0] + at * o->knot[1] * cosf(angle) + o->knot[3] * y * y;
-        lflare__traced_ray_make(o->t, o->pair, o->channel, x, y, o->slope, &ray);
-    }
-    if (tries > 1) ray.relative = 2;
-    shrink = lflare__traced_shrink(o, &ray, x, y, (float)o->rings, &spread);
+    at = lflare__traced_last(o, at * beside[0] / (float)o->rings, angle, place, &ray);
+    if (direction == 0 || direction == o->directions) place[1] = 0;
+    shrink = lflare__traced_shrink(o, &ray, place[0], place[1], (float)o->rings, &spread, &curved);
+    chord = 3.14159265f / (float)o->directions * at * o->knot[1 + (fabsf(cosf(angle)) > 0.7f)];
     spread = lflare__maxf(spread, 1e-20f);
     flat = lflare__maxf(p->even, lflare__minf(lflare__maxf(2 - fabsf(shrink) / spread, 0), 1));
     memset(out, 0, sizeof *out);
@@ -7651,8 +7758,8 @@ static void lflare__traced_vertex(const lflare__traced_view *o, const lflare__pa
         lflare__turn(axis, ray.stop[0], side * ray.stop[1], out->iris[k]);
         out->rim[k] = ray.relative;
     }
-    entrance[0] = x - p->entrance;
-    entrance[1] = side * y;
+    entrance[0] = place[0] - p->entrance;
+    entrance[1] = side * place[1];
     lflare__turn(axis, entrance[0], entrance[1], out->entrance);
     local[0] = p->middle + scale * (ray.sensor[0] - p->middle) + p->grown * entrance[0];
     local[1] = scale * side * ray.sensor[1] + p->grown * entrance[1];
@@ -7662,6 +7769,7 @@ static void lflare__traced_vertex(const lflare__traced_view *o, const lflare__pa
     out->rim_ring = lflare__patch_ring(p, shrink, beside[3]);
     out->iris_ring = lflare__patch_ring(p, shrink, o->knot[4]);
     out->turn = side > 0 ? (float)direction : (float)(2 * o->directions - direction);
+    out->bulge = lflare__minf(lflare__maxf(0.125f * chord * chord * curved, 0), 0.05f);
 }
 
 /* See lflare__patch_band. Outlines are interpolated, and so not exact: a share more on either side. */
@@ -7682,34 +7790,36 @@ static void lflare__traced_band(const lflare__traced_view *o, const lflare__patc
 static int32_t lflare__traced_resolve(const lflare_tables *t, const lflare_frame_data *f, lflare_instance instance, lflare_patch *out)
 {
     const lflare_frame_light *l = &f->lights[instance.light];
-    const float *head = t->outline + (size_t)instance.ghost * LFLARE_OUTLINE_FLOATS;
-    int32_t sectors = (int32_t)head[0] / 4, blocks = (int32_t)head[1] / 4, block = instance.patch / sectors % blocks, ragged = head[4] > 0, i, k;
+    int32_t index = instance.patch, sectors, blocks, block, i, k;
     lflare__traced_view o;
     lflare__patch_shape p;
     lflare__traced_ray centre;
-    if (!lflare__traced_view_make(t, instance.ghost, instance.patch / (sectors * blocks), l, &o)) return 0;
+    if (!lflare__traced_view_make(t, instance.ghost, l, &index, &o)) return 0;
+    sectors = o.directions / 4;
+    blocks = o.rings / 4;
+    block = index / sectors;
     lflare__patch_shape_make(t, f, l, instance.ghost, &p);
     out->iris_soft = lflare__patch_soft(&p, o.knot[4]);
-    lflare__patch_grow(f, o.knot[5], o.knot[6], o.knot[4], head[5], o.knot[7] < 0, &p);
-    lflare__traced_ray_make(t, o.pair, 1, o.knot[0], 0, o.slope, &centre);
+    lflare__patch_grow(f, o.knot[5], o.knot[6], o.knot[4], o.diffraction, o.knot[7] < 0, &p);
+    lflare__traced_ray_make(t, o.pair, o.channel, o.knot[0], 0, o.slope, &centre);
     p.middle = centre.sensor[0];
     p.entrance = o.knot[0];
-    if (ragged) memset(out->inside, 0, sizeof out->inside);
+    if (o.ragged) memset(out->inside, 0, sizeof out->inside);
     for (i = 0; i < LFLARE_PATCH_DIRECTIONS; i++) {
-        int32_t direction = instance.patch % sectors * (LFLARE_PATCH_DIRECTIONS - 1) + i;
+        int32_t direction = index % sectors * (LFLARE_PATCH_DIRECTIONS - 1) + i;
         float side = direction > o.directions ? -1.0f : 1.0f, begin, end;
         if (direction > o.directions) direction = 2 * o.directions - direction;
         lflare__traced_band(&o, &p, out->iris_soft, direction, &begin, &end);
-        if (ragged) { /* the rim is everywhere, and every block has its part */
+        if (o.ragged) { /* the rim is everywhere, and every block has its part */
             begin = (float)block / (float)blocks * end;
             end *= (float)(block + 1) / (float)blocks;
         }
-        for (k = 0; k < LFLARE_PATCH_RINGS && !ragged; k++)
+        for (k = 0; k < LFLARE_PATCH_RINGS && !o.ragged; k++)
             lflare__traced_vertex(&o, &p, lflare__minf((float)(block * (LFLARE_PATCH_RINGS - 1) + k), begin), direction, side, &out->inside[k][i]);
         for (k = 0; k < LFLARE_PATCH_BANDS; k++)
-            if (ragged || block == blocks - 1) lflare__traced_vertex(&o, &p, begin + (end - begin) * (float)k / (LFLARE_PATCH_BANDS - 1), direction, side, &out->rim[k][i]);
+            if (o.ragged || block == blocks - 1) lflare__traced_vertex(&o, &p, begin + (end - begin) * (float)k / (LFLARE_PATCH_BANDS - 1), direction, side, &out->rim[k][i]);
     }
-    out->rimmed = ragged || block == blocks - 1;
+    out->rimmed = o.ragged || block == blocks - 1;
     return 1;
 }
 
@@ -9931,7 +10041,7 @@ static void lflare__gl_flare(lflare_gl *o, const lflare_tables *t, const lflare_
 
 static lflare_result lflare__gl_valid(const lflare_gl *o, const lflare_tables *t, const lflare_frame_data *f)
 {
-    if (o == NULL || t == NULL || f == NULL || o->forgotten || f->width < 1 || f->height < 1 || f->light_count < 0 || f->instance_count < 0)
+    if (o == NULL || t == NULL || f == NULL || o->forgotten || f->width < 1 || f->height < 1 || f->light_count < 0 || f->instance_count < 0 || t->model == LFLARE_MODEL_TRACED)
         return LFLARE_ERROR_ARGUMENT;
     return f->light_count > LFLARE_GL_MAX_LIGHTS ? LFLARE_ERROR_LIMIT : LFLARE_OK;
 }
@@ -10172,13 +10282,17 @@ LFLARE_API int32_t lflare_version(void) { return LFLARE_VERSION; }
 
 LFLARE_API void lflare_destroy(lflare *o)
 {
+#if !defined(LFLARE_NO_TRACE) || !defined(LFLARE_NO_DIFFRACTION)
     int32_t i;
+#endif
     if (o == NULL) return;
     lflare__release(o, o->lens_memory, o->size.lens);
     lflare__release(o, o->settings_memory[0], o->size.settings);
     lflare__release(o, o->settings_memory[1], o->size.settings);
     lflare__release(o, o->frame_memory, o->frame_bytes);
+#ifndef LFLARE_NO_TRACE
     for (i = 0; i < 2; i++) lflare__release(o, o->outlines[i], sizeof(float) * LFLARE_OUTLINE_FLOATS * (size_t)o->lens.ghost_count);
+#endif
     lflare__release(o, o->overrides, o->override_bytes);
     lflare__release(o, o->footprints, sizeof(lflare_footprint) * (size_t)o->footprint_capacity);
 #ifndef LFLARE_NO_DIFFRACTION
@@ -10384,16 +10498,11 @@ static lflare_result lflare__starburst_step(lflare *o, int32_t slices)
     return result;
 }
 
-/* The step that fails ends it: the shown tables stay, and what was allocated for others goes. */
-static lflare_result lflare__configure_failed(lflare *o, lflare_result result)
+/* Of a step that failed: what was allocated for tables that are not shown goes. */
+static void lflare__release_iris(lflare *o)
 {
     int32_t i;
-    if (result >= 0) return result;
-    o->configuring = 0;
     lflare__release_work(o);
-    lflare__release(o, o->overrides, o->override_bytes);
-    o->overrides = NULL;
-    o->override_bytes = 0;
     lflare__release(o, o->masks[!o->current], LFLARE_MASK_BYTES);
     o->masks[!o->current] = NULL;
     o->tables[!o->current].starburst = NULL;
@@ -10408,7 +10517,6 @@ static lflare_result lflare__configure_failed(lflare *o, lflare_result result)
             o->fringed_keys[i] = 0;
         }
     }
-    return result;
 }
 #else
 static lflare_result lflare__configure_iris(const lflare *o, const lflare_settings *s, lflare_error *error)
@@ -10416,8 +10524,30 @@ static lflare_result lflare__configure_iris(const lflare *o, const lflare_settin
     (void)o;
     return lflare__masked(&s->mask) ? lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "this build has LFLARE_NO_DIFFRACTION: it takes no mask") : LFLARE_OK;
 }
+
+#ifndef LFLARE_NO_TRACE
+static void lflare__release_iris(lflare *o) { (void)o; }
+#endif
 #endif /* LFLARE_NO_DIFFRACTION */
 
+#if !defined(LFLARE_NO_TRACE) || !defined(LFLARE_NO_DIFFRACTION)
+/* The step that fails ends it: the shown tables stay. */
+static lflare_result lflare__configure_failed(lflare *o, lflare_result result)
+{
+    if (result >= 0) return result;
+    o->configuring = 0;
+    lflare__release_iris(o);
+    lflare__release(o, o->overrides, o->override_bytes);
+    o->overrides = NULL;
+    o->override_bytes = 0;
+    lflare__release(o, o->outlines[!o->current], sizeof(float) * LFLARE_OUTLINE_FLOATS * (size_t)o->lens.ghost_count);
+    o->outlines[!o->current] = o->tables[!o->current].outline = NULL;
+    return result;
+}
+
+#endif
+
+#ifndef LFLARE_NO_TRACE
 /* Room for the outlines of traced ghosts. */
 static lflare_result lflare__configure_outlines(lflare *o, const lflare_settings *s, lflare_error *error)
 {
@@ -10442,9 +10572,6 @@ static lflare_result lflare__configure_frame(lflare *o)
     memory = lflare__allocate(o, bytes);
     if (memory == NULL) return LFLARE_ERROR_MEMORY;
     lflare__release(o, o->frame_memory, o->frame_bytes);
-    lflare__release(o, o->footprints, sizeof(lflare_footprint) * (size_t)o->footprint_capacity);
-    o->footprints = NULL; /* as many as instances */
-    o->footprint_capacity = 0;
     o->frame_memory = memory;
     o->frame_bytes = bytes;
     o->frame.lights = (lflare_frame_light *)memory;
@@ -10452,6 +10579,8 @@ static lflare_result lflare__configure_frame(lflare *o)
     o->frame.instance_capacity = (int32_t)(lights * instances);
     return LFLARE_OK;
 }
+
+#endif /* LFLARE_NO_TRACE */
 
 LFLARE_API lflare_result lflare_configure_begin(lflare *o, const lflare_settings *settings, lflare_error *error)
 {
@@ -10466,7 +10595,9 @@ LFLARE_API lflare_result lflare_configure_begin(lflare *o, const lflare_settings
         memcpy(copy, settings->overrides, bytes);
     }
     result = lflare__configure_iris(o, settings, error);
+#ifndef LFLARE_NO_TRACE
     if (result == LFLARE_OK) result = lflare__configure_outlines(o, settings, error);
+#endif
     if (result == LFLARE_OK) result = lflare_tables_configure_begin(&o->lens, &o->tables[!o->current], settings, error);
     if (result != LFLARE_OK) { /* what is being built stays as it is */
         lflare__release(o, copy, bytes);
@@ -10488,10 +10619,10 @@ LFLARE_API lflare_result lflare_configure_begin(lflare *o, const lflare_settings
 
 LFLARE_API lflare_result lflare_configure_step(lflare *o, int32_t ghosts)
 {
-    int32_t end;
-#ifndef LFLARE_NO_DIFFRACTION
+#if !defined(LFLARE_NO_TRACE) || !defined(LFLARE_NO_DIFFRACTION)
     lflare_result result;
 #endif
+    int32_t end;
     if (o == NULL || ghosts < 1) return LFLARE_ERROR_ARGUMENT;
     if (!o->configuring) return LFLARE_OK;
 #ifndef LFLARE_NO_DIFFRACTION
@@ -10509,7 +10640,10 @@ LFLARE_API lflare_result lflare_configure_step(lflare *o, int32_t ghosts)
     if (result != LFLARE_OK) return lflare__configure_failed(o, result);
 #endif
     lflare_tables_configure_end(&o->tables[!o->current], &o->settings);
-    if (lflare__configure_frame(o) != LFLARE_OK) return LFLARE_ERROR_MEMORY;
+#ifndef LFLARE_NO_TRACE
+    result = lflare__configure_frame(o);
+    if (result != LFLARE_OK) return lflare__configure_failed(o, result);
+#endif
     o->current = !o->current;
     o->configuring = 0;
     o->frame.light_count = o->frame.instance_count = o->footprint_count = 0; /* they belong to the old tables */
@@ -10522,6 +10656,9 @@ LFLARE_API lflare_result lflare_configure(lflare *o, const lflare_settings *sett
     if (result == LFLARE_OK) result = lflare_configure_step(o, INT32_MAX);
     else return result;
     if (result == LFLARE_ERROR_MEMORY) return lflare__fail(error, result, 0, 0, "out of memory");
+#ifndef LFLARE_NO_TRACE
+    if (result == LFLARE_ERROR_LIMIT) return lflare__fail(error, result, 0, 0, "max_lights times the ghosts' patches is over 2^31");
+#endif
 #ifndef LFLARE_NO_DIFFRACTION
     if (result < 0 && lflare_mask_check(&settings->mask, error) == LFLARE_OK) return lflare__fail(error, result, 0, 0, "the mask and the blades together let nothing pass");
 #endif
@@ -10545,10 +10682,11 @@ LFLARE_API lflare_result lflare_render_begin(lflare *o)
     int32_t i;
     if (o == NULL) return LFLARE_ERROR_ARGUMENT;
     if (o->footprints == NULL && o->frame.instance_capacity > 0 && o->tables[o->current].model == LFLARE_MODEL_PARAXIAL) {
-        if ((size_t)o->frame.instance_capacity > (size_t)-1 / sizeof(lflare_footprint)) return LFLARE_ERROR_MEMORY;
-        o->footprints = (lflare_footprint *)lflare__allocate(o, sizeof(lflare_footprint) * (size_t)o->frame.instance_capacity);
+        size_t count = (size_t)o->frame.light_capacity * (size_t)o->lens.ghost_count;
+        if (count > (size_t)-1 / sizeof(lflare_footprint) || count > (size_t)INT32_MAX) return LFLARE_ERROR_MEMORY;
+        o->footprints = (lflare_footprint *)lflare__allocate(o, sizeof(lflare_footprint) * count);
         if (o->footprints == NULL) return LFLARE_ERROR_MEMORY;
-        o->footprint_capacity = o->frame.instance_capacity;
+        o->footprint_capacity = (int32_t)count;
     }
     o->footprint_count = 0;
     for (i = 0; i < o->frame.instance_count && o->tables[o->current].model == LFLARE_MODEL_PARAXIAL; i++)

@@ -37,7 +37,7 @@ static const char help[] =
     "      'flare ghosts' lists it: every hit, its share of power, the sensor's point, the ray's fate (default: 587.5618 nm)\n"
     "  flare render  LENS -o OUT.png|OUT.pfm [--size WxH] [--angle AX,AY] [--fov DEG] [--fnumber N] [--blades N]\n"
     "                [--rotation DEG] [--curvature 0..1] [--radius MRAD] [--backend software|gl] [--ghosts-only]\n"
-    "                [--exposure EV] [--model paraxial|polynomial|reference] [--fit FILE] [--wavelengths N] [--cells N]\n"
+    "                [--exposure EV] [--model paraxial|polynomial|traced|reference] [--fit FILE] [--wavelengths N] [--cells N]\n"
     "                [iris options] [--ringing on|off] [--streak SHARE] [--squeeze S]\n"
     "      the flare of one light: ghosts with diffraction's fringes at their edges, starburst, and a horizontal streak if asked\n"
     "      for; --ghosts-only: ghosts with plain edges, as rays have them, unless --ringing on. PNG is tone-mapped; PFM holds linear multiples of the light's irradiance. --backend gl\n"
@@ -45,6 +45,7 @@ static const char help[] =
     "      --model polynomial: aberrated ghosts, near enough to exact rays, from the fit in FILE or beside the lens (NAME.fit\n"
     "      beside NAME.lens), or from one made on the spot; where there is a fit it is the default, elsewhere paraxial, the quick\n"
     "      model of undistorted ghosts\n"
+    "      --model traced: exact rays at every vertex of a mesh, no fit needed; software only\n"
     "      --model reference: meshes of exact rays from a point of light, slow; N cells along a side of each ghost's entrance, or\n"
     "      finer and finer until two pictures agree to 52 dB; wavelengths 3 (650, 510, 475 nm) to 256 (400 to 700 nm, CIE 1931)\n"
     "  flare starburst LENS -o OUT.png|OUT.pfm [--size N] [--width MM] [--fnumber N] [--blades N] [--rotation DEG]\n"
@@ -1182,8 +1183,9 @@ static void check_render_options(const options *o)
     check_picture_name(o, "render");
     if (!o->reference && (o->wavelengths > 0 || o->cells > 0)) complain("%s belongs to --model reference", o->cells > 0 ? "--cells" : "--wavelengths");
     if (o->reference && o->gl) complain("--model reference has no --backend gl");
-    if (o->fit != NULL && (o->reference || o->model == LFLARE_MODEL_PARAXIAL))
-        complain("--fit belongs to --model polynomial, not to --model %s", o->reference ? "reference" : "paraxial");
+    if (o->model == LFLARE_MODEL_TRACED && o->gl) complain("--model traced: GL does not draw it yet; use --backend software");
+    if (o->fit != NULL && (o->reference || o->model == LFLARE_MODEL_PARAXIAL || o->model == LFLARE_MODEL_TRACED))
+        complain("--fit belongs to --model polynomial, not to --model %s", o->reference ? "reference" : o->model == LFLARE_MODEL_TRACED ? "traced" : "paraxial");
 }
 
 /* The image to the file, as its name says. */

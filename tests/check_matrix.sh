@@ -212,6 +212,7 @@ test_gl)
     ;;
 test_aberration) cc="clang -O2" libs=-lpthread argument=quick ;;
 test_reference) libs=-lpthread ;;
+test_traced) cc="clang -O2" libs=-lpthread ;;
 test_diffraction) libs=-lfftw3 ;;
 esac
 if $cc $S "tests/$name.c" -o "$B/$name" -lcmocka $libs -lm >"$B/log" 2>&1 && LSAN_OPTIONS=exitcode=$((23 * leaks)) "$B/$name" $argument >"$B/log" 2>&1 &&

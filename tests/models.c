@@ -474,7 +474,7 @@ static int by_harm(const void *a, const void *b)
 
 static double ghost_harm(subject *s, const scene *c, const lflare_pair *pair, const picture *whole, float white)
 {
-    picture reference = reference_of(s, c, pair), drawn = draw(s, c, LFLARE_MODEL_POLYNOMIAL, pair);
+    picture reference = reference_of(s, c, pair), drawn = draw(s, c, getenv("WORST_OF") != NULL ? LFLARE_MODEL_TRACED : LFLARE_MODEL_POLYNOMIAL, pair);
     double psnr = harm_of(whole, white, &reference, &drawn);
     free(reference.rgb);
     free(drawn.rgb);

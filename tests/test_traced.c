@@ -1,0 +1,395 @@
+/* The traced model: its rays against lflare_path_trace, outlines against dense rays, pictures against the reference, and what is refused. */
+
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <setjmp.h>
+#include <cmocka.h>
+#define LENSFLARE_IMPLEMENTATION
+#include "lensflare.h"
+#include "examples/reference.h"
+
+#define DEGREE (3.14159265358979323846 / 180)
+#define HELIAR "lenses/heliar-tronnier.lens"
+#define NIKON "lenses/nikon-80-200-mid.lens"
+
+/* ---- helpers ---- */
+
+static uint32_t dice = 1;
+
+static double random_number(void) /* 0 to 1 */
+{
+    dice = dice * 1664525u + 1013904223u;
+    return (double)(dice >> 8) / 16777216.0;
+}
+
+static lflare_settings plain_at(double fnumber, lflare_model model)
+{
+    lflare_settings s;
+    memset(&s, 0, sizeof s);
+    s.fnumber = fnumber;
+    s.model = model;
+    s.raw = s.no_starburst = s.no_ringing = 1;
+    return s;
+}
+
+static lflare *open_lens(const char *path, const lflare_settings *settings)
+{
+    lflare_desc desc;
+    lflare_error error;
+    lflare *flare;
+    char *text;
+    memset(&desc, 0, sizeof desc);
+    assert_int_equal(lflare_file_read(path, NULL, NULL, &text, &desc.text_size, &error), LFLARE_OK);
+    desc.text = text;
+    desc.settings = *settings;
+    if (lflare_create(&desc, &flare, &error) != LFLARE_OK) fail_msg("%s", error.text);
+    free(text);
+    return flare;
+}
+
+static lflare_light light_at(double right, double up) /* degrees */
+{
+    lflare_light l;
+    int k;
+    memset(&l, 0, sizeof l);
+    l.direction[0] = (float)tan(right * DEGREE);
+    l.direction[1] = (float)tan(up * DEGREE);
+    l.direction[2] = -1;
+    for (k = 0; k < 3; k++) l.color[k] = 1;
+    return l;
+}
+
+static lflare_image picture(lflare *flare, int width, int height, const lflare_light *light)
+{
+    lflare_image image;
+    lflare_view view;
+    memset(&view, 0, sizeof view);
+    view.width = width;
+    view.height = height;
+    memset(&image, 0, sizeof image);
+    image.width = width;
+    image.height = height;
+    image.pixels = (float *)calloc((size_t)width * (size_t)height, 4 * sizeof(float));
+    assert_non_null(image.pixels);
+    assert_int_equal(lflare_frame(flare, &view, light, 1), LFLARE_OK);
+    assert_int_equal(lflare_render(flare, &image), LFLARE_OK);
+    return image;
+}
+
+/* ---- rays ---- */
+
+/* Every lens's ghosts: floats from tables against doubles from the lens. */
+static void rays(void **state)
+{
+    static const char *const paths[] = {HELIAR, NIKON, "lenses/canon-28-80.lens", "lenses/fisheye-nikkor-16.lens", "lenses/nikkor-105-14.lens", "lenses/planar-50-14.lens"};
+    size_t l;
+    (void)state;
+    for (l = 0; l < sizeof paths / sizeof *paths; l++) {
+        lflare_settings settings = plain_at(0, LFLARE_MODEL_PARAXIAL);
+        lflare *flare = open_lens(paths[l], &settings);
+        const lflare_tables *t = lflare_get_tables(flare);
+        double apart = 0, height = 0, weight = 0;
+        int32_t g, k, n = 0, fates = 0;
+        int i, j;
+        for (g = 0; g < t->ghost_count; g++)
+            for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
+                lflare_path path;
+                assert_int_equal(lflare_path_make(lflare_get_lens(flare), (double)t->wavelengths[k], &t->pairs[g], &path), LFLARE_OK);
+                for (j = 0; j < 3; j++)
+                    for (i = -3; i <= 3; i++) {
+                        double entrance[2], slope[2] = {0.1, 0};
+                        lflare_ray exact;
+                        lflare__traced_ray ray;
+                        entrance[0] = 0.25 * i * (double)t->entrance_radius;
+                        entrance[1] = 0.3 * j * (double)t->entrance_radius;
+                        lflare_path_trace(&path, entrance, slope, &exact, NULL);
+                        lflare__traced_ray_make(t, t->pairs[g], k, (float)entrance[0], (float)entrance[1], 0.1f, &ray);
+                        n++;
+                        if ((exact.fate == LFLARE_RAY_ARRIVES) != ray.arrives) { /* within roundings of total reflection, or beyond the rims */
+                            fates += exact.relative < 1;
+                            continue;
+                        }
+                        if (!ray.arrives || exact.relative > 1.1 || hypot(exact.sensor[0], exact.sensor[1]) > 50) continue;
+                        apart = fmax(apart, hypot(exact.sensor[0] - (double)ray.sensor[0], exact.sensor[1] - (double)ray.sensor[1]));
+                        apart = fmax(apart, (double)t->iris.radius * hypot(exact.stop[0] / (double)t->iris.radius - (double)ray.stop[0], exact.stop[1] / (double)t->iris.radius - (double)ray.stop[1]));
+                        height = fmax(height, fabs(exact.relative - (double)ray.relative));
+                        weight = fmax(weight, fabs((double)ray.weight[k] / exact.weight - 1));
+                    }
+            }
+        print_message("%s: sensor and stop within %.1e mm, heights %.1e, weights %.1e; %d of %d fates differ\n", paths[l], apart, height, weight, (int)fates, (int)n);
+        assert_true(apart < 2e-3 && height < 1e-4 && weight < 3e-3 && fates * 1000 <= n);
+        lflare_destroy(flare);
+    }
+}
+
+/* ---- outlines ---- */
+
+/* Whether a point of the entrance, in the light's frame, lies in what the mesh covers. */
+static int covered(const lflare__traced_view *o, double x, double y)
+{
+    double v = y / (double)o->knot[2], u = (x - (double)o->knot[0] - (double)o->knot[3] * v * v) / (double)o->knot[1], turn = atan2(fabs(v), u) / 3.14159265358979 * (LFLARE_OUTLINE_SIDES - 1);
+    int first = turn < LFLARE_OUTLINE_SIDES - 2 ? (int)turn : LFLARE_OUTLINE_SIDES - 2;
+    double a = (double)o->knot[12 + 4 * first], b = (double)o->knot[16 + 4 * first];
+    return hypot(u, v) <= 1.04 * (a + (turn - first) * (b - a));
+}
+
+/* Lights and f-numbers by chance: rays that pass and land in the frame, traced densely, are covered. */
+static void outlines(void **state)
+{
+    static const char *const paths[2] = {HELIAR, "lenses/distagon-25.lens"};
+    int l, f;
+    (void)state;
+    for (l = 0; l < 2; l++) {
+        long passed = 0, lost = 0;
+        for (f = 0; f < 5; f++) {
+            lflare_settings settings = plain_at(3.5 + 10 * random_number(), LFLARE_MODEL_TRACED);
+            lflare *flare = open_lens(paths[l], &settings);
+            const lflare_tables *t = lflare_get_tables(flare);
+            int light, i, j;
+            int32_t g, k;
+            for (light = 0; light < 5; light++) {
+                lflare_frame_light at;
+                memset(&at, 0, sizeof at);
+                at.field_angle = (float)(0.35 * random_number());
+                at.slope_length = tanf(at.field_angle);
+                for (g = 0; g < t->ghost_count; g++)
+                    for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
+                        const float *head = t->outline + (size_t)g * LFLARE_OUTLINE_FLOATS;
+                        lflare__traced_view view;
+                        int32_t patch = 0, m;
+                        int seen;
+                        for (m = 0; m < k && head[3] > 0; m++) patch += lflare__outline_patches(head + m * LFLARE__OUTLINE_ONE);
+                        seen = lflare__outline_patches(head + (head[3] > 0 ? k : 0) * LFLARE__OUTLINE_ONE) > 0 && lflare__traced_view_make(t, g, &at, &patch, &view);
+                        for (j = 0; j < 24; j++)
+                            for (i = -24; i < 24; i++) {
+                                double reach = 1.4 * (double)t->entrance_radius, x = reach * (i + 0.5) / 24, y = reach * (j + 0.5) / 24;
+                                lflare__traced_ray ray;
+                                lflare__traced_ray_make(t, t->pairs[g], k, (float)x, (float)y, at.slope_length, &ray);
+                                if (!ray.arrives || ray.relative > 1 || hypotf(ray.stop[0], ray.stop[1]) > 1 || hypotf(ray.sensor[0], ray.sensor[1]) > 0.6f * t->sensor_width) continue;
+                                passed++;
+                                lost += !seen || !covered(&view, x, y);
+                            }
+                    }
+            }
+            lflare_destroy(flare);
+        }
+        print_message("%s: %ld of %ld rays that pass are not covered\n", paths[l], lost, passed);
+        assert_true(passed > 1000);
+        assert_true(lost * 1000 <= passed);
+    }
+}
+
+/* ---- pictures ---- */
+
+static double psnr_of(const lflare_image *image, const float *rgb)
+{
+    double wrong = 0, most = 0;
+    long n = 0;
+    int i, k;
+    for (i = 0; i < 3 * image->width * image->height; i++) most = fmax(most, (double)rgb[i]);
+    for (i = 0; i < image->width * image->height; i++)
+        for (k = 0; k < 3; k++) {
+            double a = (double)image->pixels[4 * i + k], b = (double)rgb[3 * i + k];
+            if (!(a > 0) && !(b > 0)) continue;
+            wrong += pow(a - b, 2);
+            n++;
+        }
+    return 10 * log10(most * most * (double)n / wrong);
+}
+
+/* The last frame by dense exact rays. */
+static void render_exact(const lflare *flare, int width, int height, float *rgb)
+{
+    static reference_desc d;
+    const lflare_frame_data *frame = lflare_get_frame(flare);
+    const lflare_tables *t = lflare_get_tables(flare);
+    int k;
+    memset(&d, 0, sizeof d);
+    d.lens = lflare_get_lens(flare);
+    d.iris = &t->iris;
+    d.half[0] = (double)frame->half_width;
+    d.half[1] = (double)frame->half_height;
+    for (k = 0; k < 2; k++) {
+        d.slope[k] = (double)frame->lights[0].slope[k];
+        d.centre[k] = (double)frame->centre[k];
+    }
+    d.width = width;
+    d.height = height;
+    d.wavelengths = 3;
+    for (k = 0; k < 3; k++) {
+        d.nm[k] = (double)t->wavelengths[k];
+        d.rgb[k][k] = 1;
+    }
+    d.cells = 64;
+    assert_int_equal(reference_render(&d, rgb), 1);
+}
+
+/* Against pictures of dense exact rays: three lenses, two irises. */
+static void against_reference(void **state)
+{
+    static const struct {
+        const char *path;
+        double fnumber, angle;
+        int32_t blades;
+        double least;
+    } cases[] = {{HELIAR, 8, 13.4, 0, 42}, {HELIAR, 0, 13.4, 0, 42}, {HELIAR, 8, 13.4, 5, 42}, {"lenses/tessar-50-35.lens", 5.6, 10, 0, 42}, {"lenses/distagon-25.lens", 8, 20, 6, 42}};
+    enum { W = 320, H = 180 };
+    size_t c;
+    (void)state;
+    for (c = 0; c < sizeof cases / sizeof *cases; c++) {
+        lflare_settings settings = plain_at(cases[c].fnumber, LFLARE_MODEL_TRACED);
+        lflare *flare;
+        lflare_light light = light_at(cases[c].angle, 0.4 * cases[c].angle);
+        lflare_image drawn;
+        float *rgb = (float *)calloc(3 * W * H, sizeof(float));
+        double found;
+        settings.blades = cases[c].blades;
+        flare = open_lens(cases[c].path, &settings);
+        drawn = picture(flare, W, H, &light);
+        render_exact(flare, W, H, rgb);
+        found = psnr_of(&drawn, rgb);
+        print_message("%s, f/%.3g, %d blades, %g degrees: %.1f dB\n", cases[c].path, (double)lflare_get_tables(flare)->fnumber, (int)cases[c].blades, cases[c].angle, found);
+        assert_true(found >= cases[c].least);
+        free(rgb);
+        free(drawn.pixels);
+        lflare_destroy(flare);
+    }
+}
+
+/* A ghost moves and changes its shape smoothly with the light: nothing appears or jumps. */
+static void moves_smoothly(void **state)
+{
+    enum { W = 160, H = 90, STEPS = 40 };
+    lflare_settings settings = plain_at(8, LFLARE_MODEL_TRACED);
+    lflare *flare = open_lens(HELIAR, &settings);
+    lflare_image last;
+    double most = 0, mean = 0;
+    int step, i;
+    (void)state;
+    memset(&last, 0, sizeof last);
+    for (step = 0; step < STEPS; step++) {
+        lflare_light light = light_at(6 + 0.05 * step, 3);
+        lflare_image now = picture(flare, W, H, &light);
+        double changed = 0, all = 0;
+        for (i = 0; i < 4 * W * H; i++) {
+            assert_true(now.pixels[i] >= 0 && isfinite(now.pixels[i]));
+            if (last.pixels != NULL) changed += fabs((double)now.pixels[i] - (double)last.pixels[i]);
+            all += (double)now.pixels[i];
+        }
+        if (last.pixels != NULL) {
+            most = fmax(most, changed / all);
+            mean += changed / all / (STEPS - 1);
+        }
+        free(last.pixels);
+        last = now;
+    }
+    free(last.pixels);
+    print_message("from place to place %.2f %% of the light moves, %.2f %% at most\n", 100 * mean, 100 * most);
+    assert_true(mean > 0 && most < 3 * mean);
+    lflare_destroy(flare);
+}
+
+/* ---- what fails ---- */
+
+typedef struct ledger {
+    long calls, fail_at;
+    size_t bytes;
+} ledger;
+
+static void *counted(void *user, void *block, size_t old_size, size_t new_size)
+{
+    ledger *l = (ledger *)user;
+    void *fresh = NULL;
+    if (new_size > 0) {
+        if (++l->calls == l->fail_at) return NULL;
+        fresh = realloc(block, new_size);
+        l->bytes += new_size;
+    } else {
+        free(block);
+    }
+    if (block != NULL) l->bytes -= old_size;
+    return fresh;
+}
+
+/* Every allocation fails in turn: the paraxial tables stay in use, nothing leaks. */
+static void allocations_fail(void **state)
+{
+    ledger l;
+    lflare_desc desc;
+    lflare_settings traced = plain_at(8, LFLARE_MODEL_TRACED);
+    lflare_error error;
+    lflare *flare;
+    char *text;
+    size_t bytes;
+    long n;
+    (void)state;
+    memset(&l, 0, sizeof l);
+    memset(&desc, 0, sizeof desc);
+    assert_int_equal(lflare_file_read(HELIAR, NULL, NULL, &text, &desc.text_size, &error), LFLARE_OK);
+    desc.text = text;
+    desc.allocate = counted;
+    desc.user = &l;
+    desc.settings = plain_at(8, LFLARE_MODEL_PARAXIAL);
+    assert_int_equal(lflare_create(&desc, &flare, &error), LFLARE_OK);
+    free(text);
+    bytes = l.bytes;
+    for (n = 1;; n++) {
+        lflare_result result;
+        l.calls = 0;
+        l.fail_at = n;
+        result = lflare_configure(flare, &traced, &error);
+        if (result == LFLARE_OK) break;
+        assert_int_equal(result, LFLARE_ERROR_MEMORY);
+        assert_int_equal(error.code, LFLARE_ERROR_MEMORY);
+        assert_int_equal(lflare_get_tables(flare)->model, LFLARE_MODEL_PARAXIAL);
+        if (n > 1) assert_true(l.bytes == bytes);
+    }
+    assert_true(n == 3); /* outlines, room for instances */
+    assert_int_equal(lflare_get_tables(flare)->model, LFLARE_MODEL_TRACED);
+    lflare_destroy(flare);
+    assert_true(l.bytes == 0);
+}
+
+/* Models come and go, each frame is that of its own. */
+static void models_change(void **state)
+{
+    enum { W = 160, H = 90 };
+    static const lflare_model models[5] = {LFLARE_MODEL_TRACED, LFLARE_MODEL_PARAXIAL, LFLARE_MODEL_TRACED, LFLARE_MODEL_AUTO, LFLARE_MODEL_TRACED};
+    lflare_settings settings = plain_at(8, LFLARE_MODEL_PARAXIAL);
+    lflare *flare = open_lens(HELIAR, &settings);
+    lflare_light light = light_at(10, 4);
+    lflare_image first[2];
+    int i;
+    (void)state;
+    memset(first, 0, sizeof first);
+    for (i = 0; i < 5; i++) {
+        int traced = models[i] == LFLARE_MODEL_TRACED;
+        lflare_image now;
+        settings.model = models[i];
+        assert_int_equal(lflare_configure(flare, &settings, NULL), LFLARE_OK);
+        assert_int_equal(lflare_get_tables(flare)->model, traced ? LFLARE_MODEL_TRACED : LFLARE_MODEL_PARAXIAL);
+        now = picture(flare, W, H, &light);
+        if (first[traced].pixels == NULL) first[traced] = now;
+        else {
+            assert_memory_equal(now.pixels, first[traced].pixels, sizeof(float) * 4 * W * H);
+            free(now.pixels);
+        }
+    }
+    assert_memory_not_equal(first[0].pixels, first[1].pixels, sizeof(float) * 4 * W * H);
+    for (i = 0; i < 2; i++) free(first[i].pixels);
+    lflare_destroy(flare);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(rays),
+        cmocka_unit_test(outlines),
+        cmocka_unit_test(against_reference),
+        cmocka_unit_test(moves_smoothly),
+        cmocka_unit_test(allocations_fail),
+        cmocka_unit_test(models_change),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
