@@ -723,7 +723,7 @@ typedef enum lflare_model {
     LFLARE_MODEL_PARAXIAL,   /* undistorted ghosts (LE 3) */
     LFLARE_MODEL_POLYNOMIAL, /* near enough to exact rays; needs a fit */
     LFLARE_MODEL_TRACED      /* exact rays, traced at every vertex in each frame (H 4); needs no fit; configuring it takes 4 to 50 ms a ghost.
-                                Drawn in software: GL returns LFLARE_ERROR_ARGUMENT. Not with LFLARE_NO_TRACE */
+                                Not with LFLARE_NO_TRACE */
 } lflare_model;
 
 /* Changes one ghost, by its surface pair counted from 1 as in tables and patents. All zeroes changes nothing. */
@@ -6977,6 +6977,9 @@ LFLARE_API void lflare_tables_configure_end(lflare_tables *t, const lflare_setti
         t->mesh_hash = lflare__hash(iris, 2, t->head, ghosts * LFLARE_HEAD_FLOATS) ^ lflare__fit_hash(t->fit);
     }
 #endif
+#ifndef LFLARE_NO_TRACE
+    if (t->model == LFLARE_MODEL_TRACED) t->mesh_hash = lflare__hash(t->outline, ghosts * LFLARE_OUTLINE_FLOATS, NULL, 0);
+#endif
     lflare__configure_image(t, s);
     t->mean_irradiance = (float)mean;
     t->exposure = exp2f(s->exposure_ev) * (s->raw || !(mean > 0) ? 1 : (float)((double)LFLARE_NORMAL_MEAN / mean));
@@ -8632,8 +8635,9 @@ enum {
 };
 
 enum { LFLARE__GL_RIM, LFLARE__GL_RIM_FRINGES, LFLARE__GL_FILL, LFLARE__GL_STRIP, LFLARE__GL_ADD, LFLARE__GL_PATCHES, LFLARE__GL_PATCH_RIMS,
-       LFLARE__GL_PATCH_FRINGES, LFLARE__GL_PATCHES_MASKED, LFLARE__GL_STARBURST, LFLARE__GL_PROGRAMS };
-enum { LFLARE__GL_LENS, LFLARE__GL_SETTINGS, LFLARE__GL_STRIP_A, LFLARE__GL_STRIP_B, LFLARE__GL_HALF, LFLARE__GL_MESH, LFLARE__GL_MESH_HEADS, LFLARE__GL_ANGULAR, LFLARE__GL_RADIAL, LFLARE__GL_MASK, LFLARE__GL_RINGING, LFLARE__GL_FRINGED, LFLARE__GL_TEXTURES };
+       LFLARE__GL_PATCH_FRINGES, LFLARE__GL_PATCHES_MASKED,
+       LFLARE__GL_TRACED, LFLARE__GL_TRACED_RIMS, LFLARE__GL_TRACED_FRINGES, LFLARE__GL_TRACED_MASKED, LFLARE__GL_STARBURST, LFLARE__GL_PROGRAMS };
+enum { LFLARE__GL_LENS, LFLARE__GL_SETTINGS, LFLARE__GL_STRIP_A, LFLARE__GL_STRIP_B, LFLARE__GL_HALF, LFLARE__GL_MESH, LFLARE__GL_MESH_HEADS, LFLARE__GL_ANGULAR, LFLARE__GL_RADIAL, LFLARE__GL_MASK, LFLARE__GL_RINGING, LFLARE__GL_FRINGED, LFLARE__GL_TRACED_LENS, LFLARE__GL_TRACED_GHOSTS, LFLARE__GL_TEXTURES };
 enum { LFLARE__GL_TO_STRIP_A, LFLARE__GL_TO_STRIP_B, LFLARE__GL_TO_HALF, LFLARE__GL_FRAMEBUFFERS };
 
 /* All state that is touched, in the order of its restoring. Capabilities: enum, who has it, what drawing needs (2: as the
@@ -8718,7 +8722,7 @@ struct lflare_gl {
     lflare__gluint programs[LFLARE__GL_PROGRAMS], textures[LFLARE__GL_TEXTURES], framebuffers[LFLARE__GL_FRAMEBUFFERS];
     lflare__gluint vertex_array, instances, indices, uniforms, sampler;
     lflare__glint enlarge;                  /* location of a uniform */
-    uint64_t lens_hash, settings_hash, mesh_hash, heads_hash, burst_key, mask_hash, fringed_hash; /* of what was uploaded */
+    uint64_t lens_hash, settings_hash, mesh_hash, heads_hash, burst_key, mask_hash, fringed_hash, traced_lens_hash, traced_hash; /* of what was uploaded */
     int32_t uploaded;                       /* bit 0: something of the lens, 1: of the settings, 2: meshes, 3: their heads, 4: ringing */
     int32_t strip_lights, strip_now;        /* lights that the strip holds, which of the two strips */
     int32_t full_width, full_height;        /* of the half-size picture, when enlarged; 0 = none */
@@ -9488,6 +9492,265 @@ static const char *const lflare__glsl_strip_frag[] = {
     "o_visibility = floatBitsToUint(faded);\n"
     "}\n"
     , NULL};
+static const char *const lflare__glsl_traced_vert[] = {
+    "uniform highp sampler2D u_traced_lens;\n"
+    "uniform highp sampler2D u_traced_ghosts;\n"
+    "uniform highp usampler2D u_visibility;\n"
+    "invariant gl_Position;\n"
+    "in uvec4 a_instance;\n"
+    "const int DIRECTIONS = 9, RINGS = 5, BANDS = 3, ROW = 1024, SURFACE = 132, GHOST = 729, OUTLINE = 242, KNOTS = 12, KNOT = 20, SIDES = 17;\n"
+    "const float PIXEL_VARIANCE = 0.715 * 0.715 / 5.0, PI = 3.14159265;\n"
+    "centroid out vec3 v_irradiance, v_flux;\n"
+    "centroid out float v_most;\n"
+    "out vec2 v_entrance;\n"
+    "#ifdef PATCH_RIM\n"
+    "out vec4 v_iris01, v_iris2;\n"
+    "out vec3 v_rim;\n"
+    "out vec4 v_bulge;\n"
+    "#endif\n"
+    "vec4 lens(int i) { return texelFetch(u_traced_lens, ivec2(i % ROW, i / ROW), 0); }\n"
+    "vec4 ghosts(int i) { return texelFetch(u_traced_ghosts, ivec2(i % ROW, i / ROW), 0); }\n"
+    "int g_surfaces, g_stop, g_channel;\n"
+    "ivec2 g_pair;\n"
+    "float g_sensor_z, g_slope;\n"
+    "struct Ray {\n"
+    "vec3 p, d;\n"
+    "vec2 stop, sensor;\n"
+    "float relative;\n"
+    "vec3 weight;\n"
+    "bool arrives;\n"
+    "};\n"
+    "float term(vec4 a, vec4 b, int j) { return j < 4 ? a[j] : b[j - 4]; }\n"
+    "bool meet(vec4 s, vec4 a, vec4 b, float way, inout Ray r, out vec3 normal)\n"
+    "{\n"
+    "float c = s.y, k = s.w;\n"
+    "bool polynomial = a != vec4(0.0) || b != vec4(0.0);\n"
+    "normal = vec3(0.0);\n"
+    "r.p = vec3(r.p.xy - r.p.z / r.d.z * r.d.xy, 0.0);\n"
+    "float u = c * (dot(r.d.xy, r.d.xy) + k * r.d.z * r.d.z), v = c * dot(r.p.xy, r.d.xy) - r.d.z, e = c * dot(r.p.xy, r.p.xy), root = v * v - u * e;\n"
+    "if (root < 0.0 && !polynomial) return false;\n"
+    "r.p += (root >= 0.0 ? e / (-v + way * sqrt(root)) : 0.0) * r.d;\n"
+    "normal = vec3(c, c, c * k * r.p.z - 1.0);\n"
+    "for (int pass = 0; pass < 6 && polynomial; pass++) {\n"
+    "float r2 = dot(r.p.xy, r.p.xy), inverse = 1.0 / (s.z * s.z), bent = 1.0 - k * c * c * r2, conic = sqrt(max(bent, 1e-6)), x = r2 * inverse, sag = 0.0, slope = 0.0;\n"
+    "for (int j = 7; j >= 0; j--) {\n"
+    "slope = slope * x + sag;\n"
+    "sag = sag * x + term(a, b, j);\n"
+    "}\n"
+    "slope = slope * x + sag;\n"
+    "sag = sag * x + c * r2 / (1.0 + conic);\n"
+    "normal = vec3(vec2(c / conic + 2.0 * slope * inverse), -1.0);\n"
+    "if (bent < 0.0) return false;\n"
+    "r.p += (sag - r.p.z) / (r.d.z - normal.x * dot(r.p.xy, r.d.xy)) * r.d;\n"
+    "}\n"
+    "if (!(normal.z < 0.0)) return false;\n"
+    "normal = normalize(vec3(normal.xy * r.p.xy, normal.z));\n"
+    "return true;\n"
+    "}\n"
+    "bool go_on(int film, float before, float after, bool reflected, vec3 normal, bool weigh, inout Ray r)\n"
+    "{\n"
+    "float along = dot(r.d, normal), cosine = abs(along), eta = before / after, beyond = 1.0 - eta * eta * (1.0 - cosine * cosine);\n"
+    "if (weigh) {\n"
+    "float at = 127.0 * (before > after ? sqrt(max(beyond, 0.0)) : cosine);\n"
+    "int i = int(clamp(at, 0.0, 126.0));\n"
+    "vec3 share = mix(lens(film + i).rgb, lens(film + i + 1).rgb, at - float(i));\n"
+    "r.weight *= reflected ? share : vec3(1.0) - share;\n"
+    "}\n"
+    "if (reflected) {\n"
+    "r.d -= 2.0 * along * normal;\n"
+    "return true;\n"
+    "}\n"
+    "if (beyond < 0.0) return false;\n"
+    "r.d = eta * r.d + ((along < 0.0 ? -sqrt(beyond) : sqrt(beyond)) - eta * along) * normal;\n"
+    "return true;\n"
+    "}\n"
+    "Ray trace(vec2 entrance, bool weigh)\n"
+    "{\n"
+    "float norm = inversesqrt(1.0 + g_slope * g_slope), way = 1.0, z = 0.0, medium = 1.0;\n"
+    "int i = 0, turns = 0;\n"
+    ,
+    "Ray r = Ray(vec3(entrance, 0.0), vec3(g_slope * norm, 0.0, norm), vec2(0.0), vec2(0.0), 0.0, vec3(1.0), false);\n"
+    "for (int step = 0; step < 384 && i < g_surfaces; step++) {\n"
+    "int at = 1 + i * SURFACE;\n"
+    "vec4 s = lens(at);\n"
+    "float before = medium, after = way > 0.0 ? lens(at + 3)[g_channel] : i > 0 ? lens(at + 3 - SURFACE)[g_channel] : 1.0;\n"
+    "bool reflected = (turns == 0 && i == g_pair.x) || (turns == 1 && i == g_pair.y);\n"
+    "vec3 normal;\n"
+    "r.p.z -= s.x - z;\n"
+    "z = s.x;\n"
+    "if (!(r.d.z * way > 0.0) || !meet(s, lens(at + 1), lens(at + 2), way, r, normal)) return r;\n"
+    "if (i == g_stop) {\n"
+    "r.stop = r.p.xy / u_lens.w;\n"
+    "} else {\n"
+    "r.relative = max(r.relative, length(r.p.xy) / s.z);\n"
+    "if (!go_on(at + 4, before, after, reflected, normal, weigh, r)) return r;\n"
+    "}\n"
+    "if (reflected) {\n"
+    "way = -way;\n"
+    "turns++;\n"
+    "} else {\n"
+    "medium = after;\n"
+    "}\n"
+    "i += way > 0.0 ? 1 : -1;\n"
+    "}\n"
+    "if (!(r.d.z > 0.0)) return r;\n"
+    "r.sensor = r.p.xy + r.d.xy / r.d.z * (g_sensor_z - z - r.p.z);\n"
+    "r.arrives = r.sensor == r.sensor && r.relative == r.relative;\n"
+    "return r;\n"
+    "}\n"
+    "int g_knot;\n"
+    "float g_between;\n"
+    "vec4 knot(int i) { return mix(ghosts(g_knot + i), ghosts(g_knot + KNOT + i), g_between); }\n"
+    "Ray last_ray(float at, float angle, vec4 shape, out vec2 place, out float reached)\n"
+    "{\n"
+    "float near = 0.0, far = at, edge = 0.0, c = cos(angle), s = sin(angle);\n"
+    "Ray r;\n"
+    "for (int tries = 0; tries < 9; tries++) {\n"
+    "place.y = at * shape.z * s;\n"
+    "place.x = shape.x + at * shape.y * c + shape.w * at * s * at * s;\n"
+    "r = trace(place, true);\n"
+    "if (r.arrives) {\n"
+    "if (tries == 0 || tries == 8) break;\n"
+    "near = at;\n"
+    "} else {\n"
+    "far = at;\n"
+    "edge = 1.0;\n"
+    "}\n"
+    "at = tries < 7 ? 0.5 * (near + far) : near;\n"
+    "}\n"
+    "r.relative = max(r.relative, r.arrives ? edge : 2.0);\n"
+    "reached = at;\n"
+    "return r;\n"
+    "}\n"
+    "float g_lamp;\n"
+    "float soft(float lamp)\n"
+    "{\n"
+    "lamp *= g_lamp;\n"
+    "return sqrt(5.0 * (PIXEL_VARIANCE * u_lens.x * u_lens.x + 0.25 * lamp * lamp));\n"
+    "}\n"
+    "float fringe(float shrink, float lamp, float scale)\n"
+    "{\n"
+    "return (u_burst[2].w >= 0.0 ? scale : 0.0) * sqrt(0.5 * u_spectrum.y * sqrt(abs(shrink)) * abs(lamp));\n"
+    "}\n"
+    "void main()\n"
+    "{\n"
+    "int ghost = int(a_instance.x) * GHOST, light = int(a_instance.y) * 4, patch_index = int(a_instance.z), mesh = 0;\n"
+    "vec4 style0 = ghosts(ghost + 1), style1 = ghosts(ghost + 2), l0 = u_lights[light], l1 = u_lights[light + 1], l2 = u_lights[light + 2];\n"
+    "vec2 slope = l0.xy, axis = l0.zw;\n"
+    "vec3 irradiance = l2.yzw * u_strip.y;\n"
+    "int place = int(u_lights[light + 3].x), outline = ghost + 3;\n"
+    "gl_Position = vec4(2.0, 2.0, 0.0, 1.0);\n"
+    "v_irradiance = v_flux = vec3(0.0);\n"
+    "v_entrance = vec2(0.0);\n"
+    "v_most = 0.0;\n"
+    "#ifdef PATCH_RIM\n"
+    "v_iris01 = v_iris2 = vec4(1.0);\n"
+    "v_rim = vec3(1.0);\n"
+    "v_bulge = vec4(0.0);\n"
+    "#endif\n"
+    "if (place < int(u_strip.x)) irradiance *= uintBitsToFloat(texelFetch(u_visibility, ivec2(place, 0), 0).r);\n"
+    "vec4 h0 = ghosts(outline), h1 = ghosts(outline + 1);\n"
+    "bool split_mesh = h0.w > 0.0;\n"
+    "for (; mesh < 2; mesh++) {\n"
+    "int patches = h0.z > 0.0 ? int(h0.x / 4.0) * int(h0.y / 4.0) : 0;\n"
+    "if (patch_index < patches) break;\n"
+    "patch_index -= patches;\n"
+    "outline += OUTLINE;\n"
+    "h0 = ghosts(outline);\n"
+    "h1 = ghosts(outline + 1);\n"
+    "}\n"
+    ,
+    "int directions = int(h0.x), rings = int(h0.y), sectors = max(directions / 4, 1), blocks = rings / 4, block = patch_index / sectors;\n"
+    "bool ragged = h1.x > 0.0;\n"
+    "#ifdef PATCH_STRIP\n"
+    "bool drawn = ragged || block == blocks - 1;\n"
+    "#else\n"
+    "bool drawn = !ragged;\n"
+    "#endif\n"
+    "if (!(l1.y < h0.z) || !drawn || !(irradiance.x + irradiance.y + irradiance.z > 0.0)) return;\n"
+    "vec4 pair = ghosts(ghost), head = lens(0);\n"
+    "g_surfaces = int(head.x);\n"
+    "g_stop = int(head.y);\n"
+    "g_sensor_z = head.z;\n"
+    "g_pair = ivec2(pair.xy);\n"
+    "g_slope = l1.x;\n"
+    "g_channel = split_mesh ? mesh : 1;\n"
+    "g_lamp = l1.z * style0.w;\n"
+    "float at = (1.0 - sqrt(max(1.0 - l1.y / h0.z, 0.0))) * float(KNOTS - 1), scale = style0.w;\n"
+    "int first = int(min(at, float(KNOTS - 2)));\n"
+    "g_between = at - float(first);\n"
+    "g_knot = outline + 2 + first * KNOT;\n"
+    "vec4 shape = knot(0), whole = knot(1);\n"
+    "float lamp = whole.x * l1.z, entrance = max(whole.z, 1e-6), wide = min(h1.y / entrance, 0.5 * u_half.x);\n"
+    "float least = sqrt(2.25 * u_lens.x * u_lens.x + wide * wide + lamp * lamp);\n"
+    "float grown = (whole.w < 0.0 ? -scale : scale) * max(least - whole.y, 0.0) / entrance;\n"
+    "float even = clamp(2.0 - scale * whole.y / max(4.0 * u_lens.x, scale * least), 0.0, 1.0);\n"
+    "float size2 = scale * max(whole.y, least);\n"
+    "size2 *= size2;\n"
+    "float wash = PIXEL_VARIANCE * u_lens.x * u_lens.x + 0.25 * g_lamp * g_lamp * whole.x * whole.x, wash5 = max(5.0 * wash, 1e-30);\n"
+    "float q = sqrt(size2 / wash5), far = 2.0 * wash5 * (0.05 + q * (0.1875 + q * (0.25 + q * (0.125 - 0.0125 * q * q))));\n"
+    "irradiance *= size2 / (wash5 <= size2 ? size2 + wash : far);\n"
+    "int row = gl_VertexID / DIRECTIONS, direction = patch_index % sectors * (DIRECTIONS - 1) + gl_VertexID % DIRECTIONS;\n"
+    "float side = direction > directions ? -1.0 : 1.0, turn = float(direction);\n"
+    "if (direction > directions) direction = 2 * directions - direction;\n"
+    "float beside_at = float(direction) * float(SIDES - 1) / float(directions);\n"
+    "int beside_first = int(min(beside_at, float(SIDES - 2)));\n"
+    "vec4 beside = mix(knot(3 + beside_first), knot(4 + beside_first), beside_at - float(beside_first));\n"
+    "float about = whole.y / entrance, iris_soft = soft(whole.x), widest = sqrt(u_spectrum.x / u_spectrum.y);\n"
+    "float inverse = 1.1 / max(scale * beside.z + abs(grown) * whole.z, 1.5 * u_lens.x);\n"
+    "vec4 width = vec4(iris_soft, soft(beside.w), widest * fringe(about * about, whole.x, scale), widest * fringe(about * about, beside.w, scale)) * inverse;\n"
+    "width.zw = min(width.zw, 0.4);\n"
+    "width.zw *= step(width.xy, 8.0 * width.zw);\n"
+    "vec2 inner = width.xy + 5.0 * width.zw, outer = width.xy + 2.5 * width.zw;\n"
+    "float begin = float(rings) * max(beside.y - max(inner.x, inner.y) - u_strip.w - 0.04, 0.0), end = float(rings) * (1.0 + max(outer.x, outer.y) + u_strip.w + 0.04);\n"
+    "if (ragged) {\n"
+    "begin = float(block) / float(blocks) * end;\n"
+    "end *= float(block + 1) / float(blocks);\n"
+    "}\n"
+    "#ifdef PATCH_STRIP\n"
+    "at = begin + (end - begin) * float(row) / float(BANDS - 1);\n"
+    "#else\n"
+    "at = min(float(block * (RINGS - 1) + row), begin);\n"
+    "#endif\n"
+    "float angle = PI * float(direction) / float(directions), reached;\n"
+    "vec2 ray_at;\n"
+    ,
+    "Ray ray = last_ray(at * beside.x / float(rings), angle, shape, ray_at, reached);\n"
+    "if (direction == 0 || direction == directions) ray_at.y = 0.0;\n"
+    "vec2 h = 0.3 * shape.yz / float(rings);\n"
+    "float curved = 0.0;\n"
+    "vec4 slopes[2];\n"
+    "bool whole_ray = ray.arrives;\n"
+    "for (int i = 0; i < 2; i++) {\n"
+    "vec2 way = i == 0 ? -h : h;\n"
+    "Ray x = trace(ray_at + vec2(way.x, 0.0), false), y = trace(ray_at + vec2(0.0, way.y), false);\n"
+    "whole_ray = whole_ray && x.arrives && y.arrives;\n"
+    "slopes[i] = vec4((x.sensor - ray.sensor) / way.x, (y.sensor - ray.sensor) / way.y);\n"
+    "curved += (x.relative - ray.relative) / (h.x * h.x) + (y.relative - ray.relative) / (h.y * h.y);\n"
+    "}\n"
+    "vec4 middle = 0.5 * (slopes[0] + slopes[1]);\n"
+    "vec2 shrinks = vec2(slopes[0].x * slopes[0].w - slopes[0].y * slopes[0].z, slopes[1].x * slopes[1].w - slopes[1].y * slopes[1].z);\n"
+    "float shrink = whole_ray ? middle.x * middle.w - middle.y * middle.z : 0.0, spread = max(whole_ray ? abs(shrinks.y - shrinks.x) / 0.3 : 1e30, 1e-20);\n"
+    "float flat_share = max(even, clamp(2.0 - abs(shrink) / spread, 0.0, 1.0)), chord = PI / float(directions) * reached * (abs(cos(angle)) > 0.7 ? shape.z : shape.y);\n"
+    "vec3 flux = (split_mesh ? vec3(equal(ivec3(0, 1, 2), ivec3(mesh))) : vec3(1.0)) * ray.weight * irradiance * style0.rgb;\n"
+    "if (flat_share < 1.0) v_irradiance = (1.0 - flat_share) * flux / max(abs(shrink), spread);\n"
+    "v_flux = flat_share * flux * scale * scale;\n"
+    "v_most = 8.0 / ((whole_ray ? spread : max(about * about, 1e-20)) * scale * scale);\n"
+    "float centre = trace(vec2(shape.x, 0.0), false).sensor.x;\n"
+    "vec2 in_at = vec2(ray_at.x - shape.x, side * ray_at.y), local = vec2(centre + scale * (ray.sensor.x - centre), scale * side * ray.sensor.y) + grown * in_at;\n"
+    "v_entrance = vec2(in_at.x * axis.x - in_at.y * axis.y, in_at.x * axis.y + in_at.y * axis.x);\n"
+    "#ifdef PATCH_RIM\n"
+    "vec2 iris = mat2(axis.x, axis.y, -axis.y * side, axis.x * side) * ray.stop;\n"
+    "v_iris01 = vec4(iris, iris);\n"
+    "v_iris2 = vec4(iris, soft(beside.w) / u_lens.x, iris_soft / u_lens.x);\n"
+    "v_rim = vec3(ray.relative);\n"
+    "v_bulge = vec4(turn, 4.0 * clamp(0.125 * chord * chord * curved, 0.0, 0.05), vec2(fringe(shrink, whole.x, scale), fringe(shrink, beside.w, scale)) / u_lens.x);\n"
+    "#endif\n"
+    "vec2 position = vec2(local.x * axis.x - local.y * axis.y, local.x * axis.y + local.y * axis.x);\n"
+    "position += u_lens.y * (style1.x * slope + style1.y * vec2(-slope.y, slope.x));\n"
+    "gl_Position = vec4(-(position - u_half.zw) / u_half.xy, 0.0, 1.0);\n"
+    "}\n"
+    , NULL};
 /* -- shaders end */
 
 static int lflare__gl_has(const lflare_gl *o, int who)
@@ -9569,6 +9832,10 @@ static const lflare__gl_source lflare__gl_sources[LFLARE__GL_PROGRAMS] = {
     {"#define PATCH_RIM\n#define PATCH_STRIP\n", lflare__glsl_frame, lflare__glsl_patch_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_mesh_table", "u_mesh_heads", "u_visibility", NULL, NULL}},
     {"#define PATCH_RIM\n#define PATCH_STRIP\n#define FRINGES\n", lflare__glsl_frame, lflare__glsl_patch_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_mesh_table", "u_mesh_heads", "u_visibility", "u_mask", "u_ringing", "u_fringed"}},
     {"#define PATCH_RIM\n#define FRINGES\n", lflare__glsl_frame, lflare__glsl_patch_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_mesh_table", "u_mesh_heads", "u_visibility", "u_mask", "u_ringing", "u_fringed"}},
+    {"#define PATCH\n", lflare__glsl_frame, lflare__glsl_traced_vert, NULL, lflare__glsl_patch_frag, "lflare_frame", {"u_traced_lens", "u_traced_ghosts", "u_visibility", NULL, NULL}},
+    {"#define PATCH_RIM\n#define PATCH_STRIP\n", lflare__glsl_frame, lflare__glsl_traced_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_traced_lens", "u_traced_ghosts", "u_visibility", NULL, NULL}},
+    {"#define PATCH_RIM\n#define PATCH_STRIP\n#define FRINGES\n", lflare__glsl_frame, lflare__glsl_traced_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_traced_lens", "u_traced_ghosts", "u_visibility", "u_mask", "u_ringing", "u_fringed"}},
+    {"#define PATCH_RIM\n#define FRINGES\n", lflare__glsl_frame, lflare__glsl_traced_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_traced_lens", "u_traced_ghosts", "u_visibility", "u_mask", "u_ringing", "u_fringed"}},
     {"", lflare__glsl_frame, lflare__glsl_starburst_vert, NULL, lflare__glsl_starburst_frag, "lflare_frame", {"u_angular", "u_radial", "u_visibility", NULL, NULL}}};
 
 static lflare_result lflare__gl_shader(lflare_gl *o, lflare__glenum kind, const lflare__gl_source *source, const lflare_gl_desc *desc, lflare_error *error,
@@ -9850,6 +10117,72 @@ static lflare_result lflare__gl_upload_meshes(lflare_gl *o, const lflare_tables 
     return LFLARE_OK;
 }
 
+#ifndef LFLARE_NO_TRACE
+/* Rows of floats in a texture, made in a block of whole lines that `fill` writes. */
+static lflare_result lflare__gl_upload_block(lflare_gl *o, lflare__gluint texture, size_t texels, const lflare_tables *t, void (*fill)(const lflare_tables *t, float *out))
+{
+    size_t lines = (texels + LFLARE__GL_ROW - 1) / LFLARE__GL_ROW, bytes = lines * LFLARE__GL_ROW * 4 * sizeof(float);
+    float *block;
+    if (lines > (size_t)o->max_size) return LFLARE_ERROR_LIMIT;
+    block = (float *)o->allocate(o->user, NULL, 0, bytes);
+    if (block == NULL) return LFLARE_ERROR_MEMORY;
+    memset(block, 0, bytes);
+    fill(t, block);
+    lflare__gl_unpack(o);
+    lflare__gl_texture(&o->api, texture, &lflare__gl_rgba32f, LFLARE__GL_ROW, (int32_t)lines, block);
+    o->allocate(o->user, block, bytes, 0);
+    return LFLARE_OK;
+}
+
+enum { LFLARE__TRACED_SURFACE = LFLARE_SURFACE_FLOATS + 4 + 4 * LFLARE_FILM_SAMPLES, LFLARE__TRACED_GHOST = 4 + LFLARE_STYLE_FLOATS + LFLARE_OUTLINE_FLOATS };
+
+static void lflare__gl_fill_lens(const lflare_tables *t, float *out)
+{
+    int32_t i;
+    out[0] = (float)t->surface_count;
+    out[1] = (float)t->stop;
+    out[2] = t->sensor_z;
+    for (i = 0, out += 4; i < t->surface_count; i++, out += LFLARE__TRACED_SURFACE) {
+        memcpy(out, t->surface + i * LFLARE_SURFACE_FLOATS, sizeof(float) * LFLARE_SURFACE_FLOATS);
+        memcpy(out + LFLARE_SURFACE_FLOATS, t->index + 4 * i, sizeof(float) * 4);
+        memcpy(out + LFLARE_SURFACE_FLOATS + 4, t->film + (size_t)i * LFLARE_FILM_SAMPLES * 4, sizeof(float) * 4 * LFLARE_FILM_SAMPLES);
+    }
+}
+
+static void lflare__gl_fill_ghosts(const lflare_tables *t, float *out)
+{
+    int32_t g;
+    for (g = 0; g < t->ghost_count; g++, out += LFLARE__TRACED_GHOST) {
+        out[0] = (float)t->pairs[g].first;
+        out[1] = (float)t->pairs[g].second;
+        memcpy(out + 4, t->style + (size_t)g * LFLARE_STYLE_FLOATS, sizeof(float) * LFLARE_STYLE_FLOATS);
+        memcpy(out + 4 + LFLARE_STYLE_FLOATS, t->outline + (size_t)g * LFLARE_OUTLINE_FLOATS, sizeof(float) * LFLARE_OUTLINE_FLOATS);
+    }
+}
+
+/* What the shader traces with; the ghosts' outlines with their style. */
+static lflare_result lflare__gl_upload_traced(lflare_gl *o, const lflare_tables *t)
+{
+    uint64_t hash = t->settings_hash ^ t->mesh_hash;
+    lflare_result result;
+    if (!(o->uploaded & 32) || o->traced_lens_hash != t->lens_hash) {
+        o->uploaded &= ~32;
+        result = lflare__gl_upload_block(o, o->textures[LFLARE__GL_TRACED_LENS], 1 + (size_t)t->surface_count * LFLARE__TRACED_SURFACE / 4, t, lflare__gl_fill_lens);
+        if (result != LFLARE_OK) return result;
+        o->traced_lens_hash = t->lens_hash;
+        o->uploaded |= 32;
+    }
+    if (!(o->uploaded & 64) || o->traced_hash != hash) {
+        o->uploaded &= ~64;
+        result = lflare__gl_upload_block(o, o->textures[LFLARE__GL_TRACED_GHOSTS], (size_t)t->ghost_count * LFLARE__TRACED_GHOST / 4, t, lflare__gl_fill_ghosts);
+        if (result != LFLARE_OK) return result;
+        o->traced_hash = hash;
+        o->uploaded |= 64;
+    }
+    return LFLARE_OK;
+}
+#endif
+
 static void lflare__gl_upload_starburst(lflare_gl *o, const lflare_starburst *s)
 {
     if (s == NULL || s->key + (uint64_t)s->size == o->burst_key) return;
@@ -9897,6 +10230,9 @@ static lflare_result lflare__gl_upload(lflare_gl *o, const lflare_tables *t)
         o->uploaded |= 16;
     }
     if (t->model == LFLARE_MODEL_POLYNOMIAL) return lflare__gl_upload_meshes(o, t);
+#ifndef LFLARE_NO_TRACE
+    if (t->model == LFLARE_MODEL_TRACED) return lflare__gl_upload_traced(o, t);
+#endif
     if (!lens && !settings) return LFLARE_OK;
     lflare__gl_unpack(o);
     if (lens) {
@@ -10019,29 +10355,30 @@ static void lflare__gl_images(lflare_gl *o, const lflare_frame_data *f)
 static void lflare__gl_flare(lflare_gl *o, const lflare_tables *t, const lflare_frame_data *f, size_t bytes)
 {
     const lflare__glapi *gl = &o->api;
-    int meshes = t->model == LFLARE_MODEL_POLYNOMIAL;
+    int traced = t->model == LFLARE_MODEL_TRACED, meshes = t->model != LFLARE_MODEL_PARAXIAL;
+    int first = traced ? LFLARE__GL_TRACED : LFLARE__GL_PATCHES; /* of four: inside, rims, rims with fringes, inside of a masked iris */
     lflare__gl_send_block(o, bytes);
     lflare__gl_bind_texture(gl, 2, o->textures[LFLARE__GL_STRIP_A + o->strip_now], 0);
     lflare__gl_images(o, f);
     if (f->instance_count == 0) return;
-    lflare__gl_bind_texture(gl, 0, o->textures[meshes ? LFLARE__GL_MESH : LFLARE__GL_LENS], 0);
-    lflare__gl_bind_texture(gl, 1, o->textures[meshes ? LFLARE__GL_MESH_HEADS : LFLARE__GL_SETTINGS], 0);
+    lflare__gl_bind_texture(gl, 0, o->textures[traced ? LFLARE__GL_TRACED_LENS : meshes ? LFLARE__GL_MESH : LFLARE__GL_LENS], 0);
+    lflare__gl_bind_texture(gl, 1, o->textures[traced ? LFLARE__GL_TRACED_GHOSTS : meshes ? LFLARE__GL_MESH_HEADS : LFLARE__GL_SETTINGS], 0);
     gl->BindBuffer(0x8892, o->instances);
     gl->BufferData(0x8892, (ptrdiff_t)sizeof(lflare_instance) * f->instance_count, f->instances, 0x88E0);
     lflare__gl_bind_texture(gl, 3, o->textures[LFLARE__GL_MASK], 0);
     lflare__gl_bind_texture(gl, 4, o->textures[LFLARE__GL_RINGING], 0);
     lflare__gl_bind_texture(gl, 5, o->textures[LFLARE__GL_FRINGED], 0);
-    gl->UseProgram(o->programs[!meshes ? LFLARE__GL_FILL : t->iris.mask != NULL ? LFLARE__GL_PATCHES_MASKED : LFLARE__GL_PATCHES]);
+    gl->UseProgram(o->programs[!meshes ? LFLARE__GL_FILL : t->iris.mask != NULL ? first + 3 : first]);
     if (meshes) gl->DrawElementsInstanced(0x0004, LFLARE__GL_PATCH, 0x1403, NULL, f->instance_count);
     else gl->DrawArraysInstanced(0x0006, 0, LFLARE__GL_INSIDE, f->instance_count); /* fans */
-    gl->UseProgram(o->programs[(meshes ? LFLARE__GL_PATCH_RIMS : LFLARE__GL_RIM) + (t->fringes || t->iris.mask != NULL)]); /* with FRINGES */
+    gl->UseProgram(o->programs[(meshes ? first + 1 : LFLARE__GL_RIM) + (t->fringes || t->iris.mask != NULL)]); /* with FRINGES */
     if (meshes) gl->DrawElementsInstanced(0x0004, LFLARE__GL_PATCH_ROW * (LFLARE_PATCH_BANDS - 1), 0x1403, NULL, f->instance_count);
     else gl->DrawArraysInstanced(0x0005, 0, LFLARE__GL_RING, f->instance_count);   /* strips */
 }
 
 static lflare_result lflare__gl_valid(const lflare_gl *o, const lflare_tables *t, const lflare_frame_data *f)
 {
-    if (o == NULL || t == NULL || f == NULL || o->forgotten || f->width < 1 || f->height < 1 || f->light_count < 0 || f->instance_count < 0 || t->model == LFLARE_MODEL_TRACED)
+    if (o == NULL || t == NULL || f == NULL || o->forgotten || f->width < 1 || f->height < 1 || f->light_count < 0 || f->instance_count < 0)
         return LFLARE_ERROR_ARGUMENT;
     return f->light_count > LFLARE_GL_MAX_LIGHTS ? LFLARE_ERROR_LIMIT : LFLARE_OK;
 }

@@ -45,7 +45,7 @@ static const char help[] =
     "      --model polynomial: aberrated ghosts, near enough to exact rays, from the fit in FILE or beside the lens (NAME.fit\n"
     "      beside NAME.lens), or from one made on the spot; where there is a fit it is the default, elsewhere paraxial, the quick\n"
     "      model of undistorted ghosts\n"
-    "      --model traced: exact rays at every vertex of a mesh, no fit needed; software only\n"
+    "      --model traced: exact rays at every vertex of a mesh, in each frame; no fit needed\n"
     "      --model reference: meshes of exact rays from a point of light, slow; N cells along a side of each ghost's entrance, or\n"
     "      finer and finer until two pictures agree to 52 dB; wavelengths 3 (650, 510, 475 nm) to 256 (400 to 700 nm, CIE 1931)\n"
     "  flare starburst LENS -o OUT.png|OUT.pfm [--size N] [--width MM] [--fnumber N] [--blades N] [--rotation DEG]\n"
@@ -1183,7 +1183,6 @@ static void check_render_options(const options *o)
     check_picture_name(o, "render");
     if (!o->reference && (o->wavelengths > 0 || o->cells > 0)) complain("%s belongs to --model reference", o->cells > 0 ? "--cells" : "--wavelengths");
     if (o->reference && o->gl) complain("--model reference has no --backend gl");
-    if (o->model == LFLARE_MODEL_TRACED && o->gl) complain("--model traced: GL does not draw it yet; use --backend software");
     if (o->fit != NULL && (o->reference || o->model == LFLARE_MODEL_PARAXIAL || o->model == LFLARE_MODEL_TRACED))
         complain("--fit belongs to --model polynomial, not to --model %s", o->reference ? "reference" : o->model == LFLARE_MODEL_TRACED ? "traced" : "paraxial");
 }

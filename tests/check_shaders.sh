@@ -39,6 +39,10 @@ PATCH patch patch - shaders_embedded/frame.glsl
 PATCH_RIM,FRINGES patch patch cuts shaders_embedded/frame.glsl
 PATCH_RIM,PATCH_STRIP patch patch cuts shaders_embedded/frame.glsl
 PATCH_RIM,PATCH_STRIP,FRINGES patch patch cuts shaders_embedded/frame.glsl
+PATCH traced patch - shaders_embedded/frame.glsl
+PATCH_RIM,FRINGES traced patch cuts shaders_embedded/frame.glsl
+PATCH_RIM,PATCH_STRIP traced patch cuts shaders_embedded/frame.glsl
+PATCH_RIM,PATCH_STRIP,FRINGES traced patch cuts shaders_embedded/frame.glsl
 STRIP screen strip - /dev/null
 ADD screen add - /dev/null
 STARBURST starburst starburst - shaders_embedded/frame.glsl

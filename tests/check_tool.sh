@@ -330,7 +330,6 @@ refused "an unknown picture format" "\.png or \.pfm" render $heliar -o "$dir/c.j
 refused "a folder that is not there" "cannot be written" render $heliar -o "$dir/no/c.png"
 refused "two blades" "3 to 16" render $heliar -o "$dir/c.png" --blades 2
 refused "an unknown model" "^flare: --model: 'paraxial', 'polynomial', 'traced' or 'reference' was expected, not 'exact'" render $heliar -o "$dir/c.png" --model exact
-refused "traced ghosts in GL" "^flare: --model traced: GL does not draw it yet; use --backend software" render $heliar -o "$dir/c.png" --model traced --backend gl
 refused "two wavelengths" '^flare: --wavelengths: ' render $heliar -o "$dir/c.png" --model reference --wavelengths 2
 refused "a share of a cell" 'whole number' render $heliar -o "$dir/c.png" --model reference --cells 20.5
 refused "cells of the paraxial model" '^flare: --cells belongs to --model reference$' render $heliar -o "$dir/c.png" --cells 20

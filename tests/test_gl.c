@@ -394,6 +394,42 @@ static void meshes_equal_software(int es)
     gl_host_close(&context);
 }
 
+/* Traced ghosts, with plain edges and with fringes, a mask and a lamp. */
+static void traced_equals_software(int es)
+{
+    static const char *const paths[2] = {"lenses/heliar-tronnier.lens", "lenses/tessar-50-35.lens"};
+    lflare_gl_desc desc = describe();
+    GLuint many, colors;
+    lflare_gl *gl;
+    double worst = 999;
+    int l, off;
+    if (!open_target(es)) skip();
+    many = open_samples(&colors);
+    gl = create(&desc);
+    for (l = es; l < 2; l++) {
+        lflare *flare = open_lens(paths[l], 0, 0);
+        lflare_settings settings;
+        memset(&settings, 0, sizeof settings);
+        settings.model = LFLARE_MODEL_TRACED;
+        settings.no_starburst = 1;
+        settings.no_ringing = l == 0;
+        settings.fnumber = l == 0 ? 4 : 8;
+        settings.blades = l == 0 ? 0 : 6;
+        settings.mask.dust_count = l == 0 ? 0 : 20;
+        assert_int_equal(lflare_configure(flare, &settings, NULL), LFLARE_OK);
+        assert_int_equal(lflare_get_tables(flare)->model, LFLARE_MODEL_TRACED);
+        worst = fmin(worst, draw_both(gl, flare, l == 0 ? 13.4f : 10, 0, 0, &off));
+        if (l == 0) worst = fmin(worst, draw_both(gl, flare, 5.45f, 0.00465f, many, &off)); /* caustics: see meshes_equal_software */
+        lflare_destroy(flare);
+    }
+    print_message("traced, GL against software, worst of %d pictures: %.1f dB\n", es ? 1 : 3, worst);
+    assert_true(worst >= 45);
+    glDeleteFramebuffers(1, &many);
+    glDeleteRenderbuffers(1, &colors);
+    lflare_gl_destroy(gl);
+    gl_host_close(&context);
+}
+
 /* What changes from one picture to the next, as a share of the light. */
 static double change(const float *a, const float *b)
 {
@@ -615,6 +651,8 @@ static void equals_software_gl(void **state) { (void)state; equals_software(0); 
 static void equals_software_es(void **state) { (void)state; equals_software(1); }
 static void meshes_equal_software_gl(void **state) { (void)state; meshes_equal_software(0); }
 static void meshes_equal_software_es(void **state) { (void)state; meshes_equal_software(1); }
+static void traced_equals_software_gl(void **state) { (void)state; traced_equals_software(0); }
+static void traced_equals_software_es(void **state) { (void)state; traced_equals_software(1); }
 
 /* As the camera of the occlusion tests has it: 60 degrees high, near plane 0.1, far plane 100 or none, depth reversed or not. */
 static lflare_gl_depth camera(int zero_to_one, int reverse, int infinite, float aspect)
@@ -1523,6 +1561,8 @@ int main(void)
         cmocka_unit_test(equals_software_gl),
         cmocka_unit_test(equals_software_es),
         cmocka_unit_test(meshes_equal_software_gl),
+        cmocka_unit_test(traced_equals_software_gl),
+        cmocka_unit_test(traced_equals_software_es),
         cmocka_unit_test(meshes_equal_software_es),
         cmocka_unit_test(everything_gl),
         cmocka_unit_test(everything_es),
