@@ -2992,7 +2992,7 @@ LFLARE_API float lflare_iris_transmission(const lflare_iris *iris, float x, floa
     lflare__look look = lflare__look_make(iris, soft, 0);
     return open > 0 ? open * lflare__iris_mask(iris, x, y, &look) : 0;
 }
-#else
+#elif !defined(LFLARE_NO_SOFTWARE)
 typedef int lflare__look;
 static int lflare__look_make(const lflare_iris *iris, float soft, float ring) { return (void)iris, (void)soft, (void)ring, 0; }
 static float lflare__iris_mask(const lflare_iris *iris, float x, float y, const int *look) { return (void)iris, (void)x, (void)y, (void)look, 1.0f; }

@@ -19,7 +19,7 @@ static const lflare_model models[MODELS] = {LFLARE_MODEL_PARAXIAL, LFLARE_MODEL_
 static const char *const model_names[MODELS] = {"paraxial", "polynomial", "traced"};
 
 static const char help[] =
-    "models [--only SUBSTRING] [--size WxH] [--angles A,B,...] [--fnumber N] [--worst] [--sweep]\n"
+    "models [--only SUBSTRING] [--size WxH] [--angles A,B,...] [--fnumber N] [--worst [--traced]] [--sweep]\n"
     "  the paraxial, the polynomial and the traced model against exact rays; run it from the root\n"
     "  --only     the lenses whose file names hold it\n"
     "  --size     of the pictures (default: 1280x720)\n"
@@ -27,6 +27,7 @@ static const char help[] =
     "  --fnumber  this one alone, 0 = wide open (default: 8 and wide open)\n"
     "  --worst    under each picture the six ghosts that do it most harm: the PSNR of the reference with this polynomial ghost in\n"
     "             place of its own, and of the ghost's picture alone, its light over the reference's, and the same for the paraxial\n"
+    "  --traced   with --worst: of the traced ghosts, not of the polynomial ones; slow\n"
     "  --sweep    instead, a light that moves through 200 places: how much of the picture changes from one to the next, against how\n"
     "             much of exact rays' does; nothing that jumps or sparkles stays below 1.5\n";
 
@@ -472,9 +473,9 @@ static int by_harm(const void *a, const void *b)
     return x->pair.first != y->pair.first ? x->pair.first - y->pair.first : x->pair.second - y->pair.second;
 }
 
-static double ghost_harm(subject *s, const scene *c, const lflare_pair *pair, const picture *whole, float white)
+static double ghost_harm(subject *s, const scene *c, lflare_model model, const lflare_pair *pair, const picture *whole, float white)
 {
-    picture reference = reference_of(s, c, pair), drawn = draw(s, c, getenv("WORST_OF") != NULL ? LFLARE_MODEL_TRACED : LFLARE_MODEL_POLYNOMIAL, pair);
+    picture reference = reference_of(s, c, pair), drawn = draw(s, c, model, pair);
     double psnr = harm_of(whole, white, &reference, &drawn);
     free(reference.rgb);
     free(drawn.rgb);
@@ -500,8 +501,8 @@ static void print_ghost(subject *s, const scene *c, const harm *h, const picture
     free(reference.rgb);
 }
 
-/* The ghosts whose polynomial pictures do most harm to the whole, each in place of its own reference. */
-static void print_worst(subject *s, const scene *c, const picture *whole)
+/* The ghosts whose pictures by a model do most harm to the whole, each in place of its own reference. */
+static void print_worst(subject *s, const scene *c, lflare_model model, const picture *whole)
 {
     lflare_pair *pairs = ghosts_of(&s->lens);
     harm *harms = (harm *)allocate((size_t)s->lens.ghost_count, sizeof *harms);
@@ -509,7 +510,7 @@ static void print_worst(subject *s, const scene *c, const picture *whole)
     int32_t g;
     for (g = 0; g < s->lens.ghost_count; g++) {
         harms[g].pair = pairs[g];
-        harms[g].psnr = ghost_harm(s, c, &pairs[g], whole, white);
+        harms[g].psnr = ghost_harm(s, c, model, &pairs[g], whole, white);
     }
     qsort(harms, (size_t)s->lens.ghost_count, sizeof *harms, by_harm);
     for (g = 0; g < WORST && g < s->lens.ghost_count && harms[g].psnr < HUGE_VAL; g++) print_ghost(s, c, &harms[g], whole, white);
@@ -521,7 +522,7 @@ static void print_worst(subject *s, const scene *c, const picture *whole)
 
 typedef struct options {
     const char *only;
-    int width, height, worst, sweep, angle_count;
+    int width, height, worst, traced, sweep, angle_count;
     double angles[MAX_ANGLES], fnumber; /* fnumber: below 0 for 8 and wide open */
 } options;
 
@@ -578,7 +579,7 @@ static void measure(subject *s, const scene *c, const options *o, tally *t)
         printf("%s\n", found[POLYNOMIAL].psnr < found[PARAXIAL].psnr ? "  worse" : "");
         fflush(stdout);
         tally_add(t, found);
-        if (o->worst) print_worst(s, c, &reference);
+        if (o->worst) print_worst(s, c, o->traced ? LFLARE_MODEL_TRACED : LFLARE_MODEL_POLYNOMIAL, &reference);
     } else {
         print_dark(s, c);
         t->dark++;
@@ -705,6 +706,7 @@ static options parse(int argc, char **argv)
             exit(0);
         }
         if (strcmp(name, "--worst") == 0) { o.worst = 1; continue; }
+        if (strcmp(name, "--traced") == 0) { o.traced = 1; continue; }
         if (strcmp(name, "--sweep") == 0) { o.sweep = 1; continue; }
         if (strcmp(name, "--only") == 0) o.only = value;
         else if (strcmp(name, "--size") == 0) read_size(value, &o);
