@@ -394,7 +394,7 @@ static void meshes_equal_software(int es)
     gl_host_close(&context);
 }
 
-/* Traced ghosts, with plain edges and with fringes, a mask and a lamp. */
+/* Traced ghosts, with plain edges and a lamp, and with blades and fringes. */
 static void traced_equals_software(int es)
 {
     static const char *const paths[2] = {"lenses/heliar-tronnier.lens", "lenses/tessar-50-35.lens"};
@@ -415,7 +415,6 @@ static void traced_equals_software(int es)
         settings.no_ringing = l == 0;
         settings.fnumber = l == 0 ? 4 : 8;
         settings.blades = l == 0 ? 0 : 6;
-        settings.mask.dust_count = l == 0 ? 0 : 20;
         assert_int_equal(lflare_configure(flare, &settings, NULL), LFLARE_OK);
         assert_int_equal(lflare_get_tables(flare)->model, LFLARE_MODEL_TRACED);
         worst = fmin(worst, l == 0 ? draw_both(gl, flare, 5.45f, 0.00465f, many, &off) : draw_both(gl, flare, 10, 0, 0, &off)); /* caustics: see meshes_equal_software */
