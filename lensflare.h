@@ -14,7 +14,7 @@
        LFLARE_NO_STDIO         leaves out lflare_file_read and the include of <stdio.h>
        LFLARE_NO_SOFTWARE      leaves out the room "software"
        LFLARE_NO_GL            leaves out the room "gl"
-       LFLARE_NO_TRACE         leaves out the room "trace": fits made elsewhere are still loaded and drawn
+       LFLARE_NO_TRACE         leaves out the room "trace", and traced ghosts: fits made elsewhere are still loaded and drawn
        LFLARE_NO_ABERRATION    leaves out the polynomial model: room "aberration", fitting, meshes
        LFLARE_NO_DIFFRACTION   leaves out the room "diffraction": starbursts, masks
 
@@ -171,8 +171,8 @@
    logarithms of the distance and what angles have over them, in units of wavelength times f-number, so that no f-number makes it
    anew, spikes go on as far as a frame reaches, and a lamp's size is a level of blur. Its energy is that of the light through the
    pupil. Edges of ghosts carry the fringes of a straight edge, of length sqrt(lambda |M11 c| / 2) where the edge's image moves by c a
-   radian, washed out by lamp and pixel; where edges meet their shares are multiplied, which comes within 5 % of the integral down to Fresnel
-   number 20 and 12 % to 5 (make fringes). Masks (dust, scratches, gratings, images) serve starburst and ghosts alike; in ghosts their marks
+   radian, washed out by lamp and pixel; where edges meet their shares are multiplied, which comes within 3 % of the integral (rms) down to Fresnel
+   number 50 and 6 % at 12 (make fringes). Masks (dust, scratches, gratings, images) serve starburst and ghosts alike; in ghosts their marks
    have fringes too, from pictures made beforehand.
 
    THE TABLES, BY LIFETIME (all float; every row is a whole number of RGBA32F texels, so a GPU reads it with texelFetch)
@@ -722,7 +722,7 @@ typedef enum lflare_model {
     LFLARE_MODEL_AUTO = 0,   /* polynomial if there is a fit, else paraxial */
     LFLARE_MODEL_PARAXIAL,   /* undistorted ghosts (LE 3) */
     LFLARE_MODEL_POLYNOMIAL, /* near enough to exact rays; needs a fit */
-    LFLARE_MODEL_TRACED      /* exact rays, traced at every vertex in each frame (H 4); needs no fit; configuring it takes 4 to 50 ms a ghost.
+    LFLARE_MODEL_TRACED      /* exact rays, traced at every vertex in each frame (H 4); needs no fit; configuring it takes 20 to 40 ms a ghost.
                                 Not with LFLARE_NO_TRACE */
 } lflare_model;
 
@@ -6013,8 +6013,9 @@ static size_t lflare__mesh_layout(lflare_tables *t)
    angle where hidden, 1 if there is one for each, 1 if ragged,
    radius that diffraction leaves times that of the bundle, 0, 0. Then knots: x of the centre, half axes, how far the ends along y are bent along x;
    blur of the iris, mm on the sensor per radian of the lamp's size, radius on the sensor, on the entrance, 1 or -1 as the ghost stands;
-   middle and radius of its bounds on the sensor, 0, 0; and for each direction how far out it is open to any wavelength, in half axes,
+   middle and radius of its bounds on the sensor, the centre's place there, 0; and for each direction how far out it is open to any wavelength, in half axes,
    where that is to all, as a share of it, mm on the sensor per half axis there, blur of what ends it. */
+#define LFLARE__OUTLINE_APART 0.3 /* pixels that wavelengths sharing a mesh may lie apart */
 enum { LFLARE__OUTLINE_HEAD = 8, LFLARE__OUTLINE_KNOT = 12 + 4 * LFLARE_OUTLINE_SIDES, LFLARE__OUTLINE_ONE = LFLARE__OUTLINE_HEAD + LFLARE_OUTLINE_KNOTS * LFLARE__OUTLINE_KNOT };
 
 typedef struct lflare__outliner {
@@ -6184,7 +6185,7 @@ static void lflare__outline_measure(lflare__outliner *o, const double *centre, c
     if (hypot(half->sensor[0], half->sensor[1]) > o->find.reach) return;
     for (i = 0; i < 2; i++) bent += fabs(centre[i] - 2 * half->sensor[i] + edge->sensor[i]);
     o->curved = lflare__max(o->curved, bent / o->pixel);
-    for (k = 0; k < LFLARE_WAVELENGTHS; k += 2) {
+    for (k = 0; k < LFLARE_WAVELENGTHS && o->fused; k += 2) {
         lflare__outline_ray(o, k, 0.5 * u, 0.5 * v, &ray, NULL);
         o->apart = lflare__max(o->apart, hypot(ray.sensor[0] - half->sensor[0], ray.sensor[1] - half->sensor[1]) / o->pixel);
     }
@@ -6244,7 +6245,8 @@ static void lflare__outline_knot(lflare__outliner *o, lflare_hit *hits, int ragg
     out[7] = first >= ends ? 1.0f : -1.0f;
     out[8] = (float)(0.5 * (lo + hi));
     out[9] = (float)hypot(0.5 * (hi - lo), up);
-    out[10] = out[11] = 0;
+    out[10] = (float)centre[0];
+    out[11] = 0;
 }
 
 /* Blur of the image of each step's rim, mm on the sensor per radian of the lamp's size (P 3). */
@@ -6284,6 +6286,7 @@ static int lflare__outline_one(lflare__outliner *o, float *head)
         if (open[j] && !ragged) ragged = lflare__outline_ragged(o) || (last > 0 && width > 1.15 * last); /* what jumps from knot to knot, too */
         last = width;
         if (open[j] && !ragged) lflare__outline_knot(o, hits, 0, knots + j * LFLARE__OUTLINE_KNOT);
+        if (o->fused && o->apart > LFLARE__OUTLINE_APART) return 1; /* each wavelength will have its own */
     }
     for (j = 0; j < LFLARE_OUTLINE_KNOTS && ragged; j++) {
         o->slope = lflare__outline_slope(j, hidden);
@@ -6325,7 +6328,7 @@ static void lflare__outline_ghost(const lflare_lens *lens, lflare_tables *t, int
     o.fused = 1;
     lflare__outline_lamps(&o, lens, t->pairs[g], t->head + (size_t)g * LFLARE_HEAD_FLOATS);
     open = lflare__outline_one(&o, all);
-    o.fused = open && o.apart <= 0.3;
+    o.fused = open && o.apart <= LFLARE__OUTLINE_APART;
     for (k = 0; k < LFLARE_WAVELENGTHS && !o.fused; k++) {
         float *one = all + k * LFLARE__OUTLINE_ONE;
         memset(one, 0, sizeof(float) * LFLARE__OUTLINE_ONE);
@@ -7796,7 +7799,6 @@ static int32_t lflare__traced_resolve(const lflare_tables *t, const lflare_frame
     int32_t index = instance.patch, sectors, blocks, block, i, k;
     lflare__traced_view o;
     lflare__patch_shape p;
-    lflare__traced_ray centre;
     if (!lflare__traced_view_make(t, instance.ghost, l, &index, &o)) return 0;
     sectors = o.directions / 4;
     blocks = o.rings / 4;
@@ -7804,8 +7806,7 @@ static int32_t lflare__traced_resolve(const lflare_tables *t, const lflare_frame
     lflare__patch_shape_make(t, f, l, instance.ghost, &p);
     out->iris_soft = lflare__patch_soft(&p, o.knot[4]);
     lflare__patch_grow(f, o.knot[5], o.knot[6], o.knot[4], o.diffraction, o.knot[7] < 0, &p);
-    lflare__traced_ray_make(t, o.pair, o.channel, o.knot[0], 0, o.slope, &centre);
-    p.middle = centre.sensor[0];
+    p.middle = o.knot[10];
     p.entrance = o.knot[0];
     if (o.ragged) memset(out->inside, 0, sizeof out->inside);
     for (i = 0; i < LFLARE_PATCH_DIRECTIONS; i++) {
@@ -9680,7 +9681,7 @@ static const char *const lflare__glsl_traced_vert[] = {
     "int first = int(min(at, float(KNOTS - 2)));\n"
     "g_between = at - float(first);\n"
     "g_knot = outline + 2 + first * KNOT;\n"
-    "vec4 shape = knot(0), whole = knot(1);\n"
+    "vec4 shape = knot(0), whole = knot(1), bounds = knot(2);\n"
     "float lamp = whole.x * l1.z, entrance = max(whole.z, 1e-6), wide = min(h1.y / entrance, 0.5 * u_half.x);\n"
     "float least = sqrt(2.25 * u_lens.x * u_lens.x + wide * wide + lamp * lamp);\n"
     "float grown = (whole.w < 0.0 ? -scale : scale) * max(least - whole.y, 0.0) / entrance;\n"
@@ -9712,9 +9713,9 @@ static const char *const lflare__glsl_traced_vert[] = {
     "#else\n"
     "at = min(float(block * (RINGS - 1) + row), begin);\n"
     "#endif\n"
+    ,
     "float angle = PI * float(direction) / float(directions), reached;\n"
     "vec2 ray_at;\n"
-    ,
     "Ray ray = last_ray(at * beside.x / float(rings), angle, shape, ray_at, reached);\n"
     "if (direction == 0 || direction == directions) ray_at.y = 0.0;\n"
     "vec2 h = 0.3 * shape.yz / float(rings);\n"
@@ -9736,7 +9737,7 @@ static const char *const lflare__glsl_traced_vert[] = {
     "if (flat_share < 1.0) v_irradiance = (1.0 - flat_share) * flux / max(abs(shrink), spread);\n"
     "v_flux = flat_share * flux * scale * scale;\n"
     "v_most = 8.0 / ((whole_ray ? spread : max(about * about, 1e-20)) * scale * scale);\n"
-    "float centre = trace(vec2(shape.x, 0.0), false).sensor.x;\n"
+    "float centre = bounds.z;\n"
     "vec2 in_at = vec2(ray_at.x - shape.x, side * ray_at.y), local = vec2(centre + scale * (ray.sensor.x - centre), scale * side * ray.sensor.y) + grown * in_at;\n"
     "v_entrance = vec2(in_at.x * axis.x - in_at.y * axis.y, in_at.x * axis.y + in_at.y * axis.x);\n"
     "#ifdef PATCH_RIM\n"
@@ -11104,6 +11105,7 @@ LFLARE_API lflare_result lflare_file_read(const char *path, lflare_realloc alloc
 
 #undef LFLARE__PI
 #undef LFLARE__PATCHES
+#undef LFLARE__OUTLINE_APART
 #undef LFLARE__NM_D
 #undef LFLARE__NM_F
 #undef LFLARE__NM_C

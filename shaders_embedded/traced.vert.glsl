@@ -209,7 +209,7 @@ void main()
     int first = int(min(at, float(KNOTS - 2)));
     g_between = at - float(first);
     g_knot = outline + 2 + first * KNOT;
-    vec4 shape = knot(0), whole = knot(1); /* centre, half axes, bend; blur of the iris, radius on the sensor, on the entrance, as it stands */
+    vec4 shape = knot(0), whole = knot(1), bounds = knot(2); /* centre, half axes, bend; blur of the iris, radius on the sensor, on the entrance, as it stands */
 
     /* ghosts smaller than a pixel, or than what diffraction and the lamp leave, grow: see lflare__patch_grow */
     float lamp = whole.x * l1.z, entrance = max(whole.z, 1e-6), wide = min(h1.y / entrance, 0.5 * u_half.x);
@@ -271,7 +271,7 @@ void main()
     if (flat_share < 1.0) v_irradiance = (1.0 - flat_share) * flux / max(abs(shrink), spread);
     v_flux = flat_share * flux * scale * scale;
     v_most = 8.0 / ((whole_ray ? spread : max(about * about, 1e-20)) * scale * scale);
-    float centre = trace(vec2(shape.x, 0.0), false).sensor.x;
+    float centre = bounds.z;
     vec2 in_at = vec2(ray_at.x - shape.x, side * ray_at.y), local = vec2(centre + scale * (ray.sensor.x - centre), scale * side * ray.sensor.y) + grown * in_at;
     v_entrance = vec2(in_at.x * axis.x - in_at.y * axis.y, in_at.x * axis.y + in_at.y * axis.x);
 #ifdef PATCH_RIM

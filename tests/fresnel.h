@@ -1,9 +1,29 @@
 /* What diffraction makes of an iris on its way to a ghost, as exactly as a grid allows: Fresnel's integral by FFTW, over the band of the
-   wavelength that a channel stands for (a Gaussian's spread of 5 %), for the tests and for `make fringes`. Needs fftw3.h and math.h. */
+   wavelength that a channel stands for (a Gaussian's spread of 5 %), for the tests and for `make fringes`. Needs fftw3.h and lensflare.h's implementation. */
 #ifndef LENSFLARE_FRESNEL_H
 #define LENSFLARE_FRESNEL_H
 
 enum { FRESNEL_GRID = 2048, FRESNEL_RADII = 8 }; /* samples, and radii of the iris, across */
+
+/* `amplitude` of an iris as the library has it, of lensflare.h. */
+static double fresnel_amplitude(const void *iris, double x, double y)
+{
+    return fabs(x) < 1.01 && fabs(y) < 1.01 ? sqrt((double)lflare_iris_transmission((const lflare_iris *)iris, (float)x, (float)y, 1.0f / 256)) : 0;
+}
+
+/* A ghost that is the iris alone, at its own size, in the middle channel; ring 0: plain edges. */
+static lflare_footprint fresnel_footprint(const float *ringing, double soft, double ring)
+{
+    lflare_footprint fp;
+    memset(&fp, 0, sizeof fp);
+    fp.axis[0] = 1;
+    fp.edge_count = 1;
+    fp.ringing = ringing;
+    fp.edges[0].gain[1] = 1;
+    fp.edges[0].soft[1] = (float)soft;
+    fp.edges[0].ring[1] = (float)ring;
+    return fp;
+}
 
 /* The picture's middle FRESNEL_GRID / 4 samples across are the iris. `amplitude` gives that of a point of the iris's plane, in radii;
    `ring` is the length of the fringes in radii, 1 / sqrt(2 x Fresnel number). Returns FRESNEL_GRID^2 powers, to be freed. */

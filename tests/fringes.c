@@ -24,11 +24,6 @@ static float heart(double x, double y)
     return c * c * c - a * a * b * b * b < 0 ? 1.0f : 0.0f;
 }
 
-static double amplitude(const void *user, double x, double y)
-{
-    return fabs(x) < 1.01 && fabs(y) < 1.01 ? sqrt((double)lflare_iris_transmission((const lflare_iris *)user, (float)x, (float)y, 1.0f / 256)) : 0;
-}
-
 static lflare_iris make_iris(int which, uint8_t *mask, uint8_t *fringed)
 {
     static const int32_t blades[IRISES] = {5, 8, 0, 7};
@@ -76,16 +71,9 @@ int main(void)
     for (which = 0; which < IRISES; which++) {
         lflare_iris iris = make_iris(which, mask, fringed);
         for (number = 0; number < NUMBERS; number++) {
-            double ring = 1 / sqrt(2 * numbers[number]), wrong = 0, inside = 0, *exact = fresnel(amplitude, &iris, ring);
+            double ring = 1 / sqrt(2 * numbers[number]), wrong = 0, inside = 0, *exact = fresnel(fresnel_amplitude, &iris, ring);
             int count = 0;
-            lflare_footprint fp;
-            memset(&fp, 0, sizeof fp);
-            fp.axis[0] = 1;
-            fp.edge_count = 1;
-            fp.ringing = ringing;
-            fp.edges[0].gain[1] = 1;
-            fp.edges[0].soft[1] = 2.4f / SIZE; /* a pixel */
-            fp.edges[0].ring[1] = (float)ring;
+            lflare_footprint fp = fresnel_footprint(ringing, 2.4 / SIZE, ring); /* edges of a pixel */
             for (y = 0; y < SIZE; y++)
                 for (x = 0; x < SIZE; x++) {
                     double px = 2.4 * (x + 0.5) / SIZE - 1.2, py = 1.2 - 2.4 * (y + 0.5) / SIZE;

@@ -648,29 +648,17 @@ static void fringes_keep_the_light(void **state)
         }
 }
 
-static double amplitude_of(const void *user, double x, double y)
-{
-    return fabs(x) < 1.01 && fabs(y) < 1.01 ? sqrt((double)lflare_iris_transmission((const lflare_iris *)user, (float)x, (float)y, 1.0f / 256)) : 0;
-}
-
 /* How far what is drawn of an iris is from Fresnel's integral, rms over its inner part, with fringes and without. */
 static void drawn_against_integral(const lflare_iris *iris, const float *ringing, double ring, double *fringed, double *plain)
 {
-    double *exact = fresnel(amplitude_of, iris, ring), sum[2] = {0, 0};
+    double *exact = fresnel(fresnel_amplitude, iris, ring), sum[2] = {0, 0};
     int n = 0, x, y, k;
     for (y = 0; y < 256; y++)
         for (x = 0; x < 256; x++) {
             double px = (x + 0.5) / 128 - 1, py = (y + 0.5) / 128 - 1;
             if (px * px + py * py > 0.72 || lflare_iris_transmission(iris, (float)px, (float)py, 1e-3f) < 0.01f) continue;
             for (k = 0; k < 2; k++) {
-                lflare_footprint fp;
-                memset(&fp, 0, sizeof fp);
-                fp.axis[0] = 1;
-                fp.edge_count = 1;
-                fp.ringing = ringing;
-                fp.edges[0].gain[1] = 1;
-                fp.edges[0].soft[1] = 0.004f;
-                fp.edges[0].ring[1] = k == 0 ? (float)ring : 0;
+                lflare_footprint fp = fresnel_footprint(ringing, 0.004, k == 0 ? ring : 0);
                 sum[k] += pow((double)lflare_footprint_coverage(&fp, 1, iris, (float)px, (float)py) - fresnel_at(exact, px, py), 2);
             }
             n++;
