@@ -265,7 +265,8 @@ enum {
     LFLARE_SURFACE_FLOATS = 12,
     LFLARE_OUTLINE_KNOTS = 12,   /* field angles at which traced ghosts' outlines are kept; */
     LFLARE_OUTLINE_SIDES = 17,   /* directions, over half a turn */
-    LFLARE_OUTLINE_FLOATS = LFLARE_WAVELENGTHS * (8 + LFLARE_OUTLINE_KNOTS * (12 + 4 * LFLARE_OUTLINE_SIDES)),
+    LFLARE_OUTLINE_FLOATS = LFLARE_WAVELENGTHS * (4 + LFLARE_OUTLINE_KNOTS * (16 + 4 * LFLARE_OUTLINE_SIDES)),
+    LFLARE_STEP_FLOATS = 8,
     LFLARE_PATCH_DIRECTIONS = 9, /* vertices of a patch of a mesh: round its inside and its rim, */
     LFLARE_PATCH_RINGS = 5,      /* outwards in the inside, */
     LFLARE_PATCH_BANDS = 3       /* and in the rim */
@@ -837,8 +838,11 @@ typedef struct lflare_tables {
     float *mesh_head;       /* [ghost_count * LFLARE_MESH_HEAD_FLOATS]; NULL where there is no fit, or the model is paraxial */
     float *mesh;            /* [mesh_texels * 4] */
     size_t mesh_texels;
-    float *outline;         /* [ghost_count * LFLARE_OUTLINE_FLOATS]: where traced ghosts' rays pass; for that model, set by the caller before
-                               configure_begin */
+    float *outline;         /* [ghost_count * LFLARE_OUTLINE_FLOATS]: where traced ghosts' rays pass; for that model: see lflare_tables_traced */
+    float *steps;           /* a row of LFLARE_STEP_FLOATS for each surface that a traced ghost's rays meet, in order, ghost after ghost (the last of its
+                               head's floats counts them): way along the axis from the last vertex, mm; curvature, clear semi-diameter, 1 + conic
+                               constant; index before over index behind at three wavelengths; 16 x the surface, + 1 reflects, 2 is the stop, 4 has
+                               aspheric terms, 8 is met backwards */
     float *rank;            /* [ghost_count * 2]: peak flux; mean irradiance over the frame at the exposure's reference */
     lflare_cull *cull;      /* [ghost_count], the first active_count in use, strongest first */
     int32_t active_count, ghost_budget;
@@ -869,6 +873,10 @@ LFLARE_API lflare_tables_size lflare_tables_layout(const lflare_lens *lens, cons
 /* Prepare: the lens tables of ghosts begin <= g < end, so that slices or threads may share the work; films and indices
    come with begin == 0. Cost: 10 to 15 us a ghost. */
 LFLARE_API lflare_result lflare_tables_prepare(const lflare_lens *lens, lflare_tables *tables, int32_t begin, int32_t end);
+
+/* Floats that the traced model needs besides, and where memory is given (16-byte aligned; NULL = leave as is) sets the pointers into it: after
+   prepare, before configure_begin. Not with LFLARE_NO_TRACE. */
+LFLARE_API size_t lflare_tables_traced(lflare_tables *tables, float *memory);
 
 /* Configure, in three parts that may be spread over frames: begin (iris, overrides checked), any number of ranges
    covering all ghosts (50 to 120 us a ghost, with meshes 5 to 25 ms), end (order, normalisation). The lens tables must be whole. */
@@ -4592,6 +4600,169 @@ LFLARE_API lflare_fate lflare_path_trace(const lflare_path *path, const double e
     return LFLARE_RAY_ARRIVES;
 }
 
+/* -- traced rays: floats, from the tables alone, as shaders trace them -- */
+
+/* The bits of a step, beside 16 times its surface; see lflare_tables.steps. */
+enum { LFLARE__STEP_REFLECTS = 1, LFLARE__STEP_STOP = 2, LFLARE__STEP_BENT = 4, LFLARE__STEP_BACK = 8, LFLARE__STEP_SURFACE = 16 };
+
+static int32_t lflare__step_count(const lflare_tables *t, lflare_pair p) { return t->surface_count + 2 * (p.first - p.second); }
+
+/* The steps of a ghost. */
+static void lflare__steps_make(const lflare_lens *lens, lflare_tables *t, int32_t g, const double n[][LFLARE_MAX_SURFACES + 1])
+{
+    float *row = t->steps + (size_t)t->head[(size_t)g * LFLARE_HEAD_FLOATS + 15] * LFLARE_STEP_FLOATS, z = 0;
+    lflare__walk walk[LFLARE_WAVELENGTHS];
+    lflare_crossing at;
+    int32_t k;
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) lflare__walk_start(&walk[k], lens, n[k], t->pairs[g]);
+    while (lflare__walk_next(&walk[0], &at)) {
+        const float *s = t->surface + at.surface * LFLARE_SURFACE_FLOATS;
+        int32_t code = at.surface * LFLARE__STEP_SURFACE + (at.reflected ? LFLARE__STEP_REFLECTS : 0) + (at.backwards ? LFLARE__STEP_BACK : 0), j;
+        if (at.surface == lens->stop) code += LFLARE__STEP_STOP;
+        for (j = 4; j < LFLARE_SURFACE_FLOATS; j++)
+            if (s[j] != 0) code |= LFLARE__STEP_BENT;
+        row[0] = s[0] - z;
+        z = s[0];
+        for (j = 1; j < 4; j++) row[j] = s[j];
+        for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
+            if (k > 0) lflare__walk_next(&walk[k], &at);
+            row[4 + k] = (float)(at.n_in / at.n_out);
+        }
+        row[7] = (float)code;
+        row += LFLARE_STEP_FLOATS;
+    }
+}
+
+/* What all rays of a ghost share. */
+typedef struct lflare__tracer {
+    const lflare_tables *t;
+    const float *steps;
+    int32_t count;
+    float slope, sensor;               /* of the light, along x; from the last vertex to the sensor, mm */
+} lflare__tracer;
+
+static void lflare__tracer_make(const lflare_tables *t, int32_t g, lflare__tracer *o)
+{
+    o->t = t;
+    o->steps = t->steps + (size_t)t->head[(size_t)g * LFLARE_HEAD_FLOATS + 15] * LFLARE_STEP_FLOATS;
+    o->count = lflare__step_count(t, t->pairs[g]);
+    o->sensor = t->sensor_z - t->surface[(t->surface_count - 1) * LFLARE_SURFACE_FLOATS];
+}
+
+/* A ray on its way through a ghost, in the light's frame; z from the vertex of the surface it meets. */
+typedef struct lflare__traced_ray {
+    float p[3], d[3], stop[2], sensor[2]; /* stop: in radii of the iris */
+    float relative;                       /* largest of all clear semi-diameters, */
+    int32_t widest, steps;                /* and at which step that is; crossings met */
+    float weight[LFLARE_WAVELENGTHS];     /* with the films of each wavelength */
+    int arrives;
+} lflare__traced_ray;
+
+/* The sag at the rim's share r2 of the radius squared that the aspheric terms make, and what it grows by with r2. */
+static float lflare__traced_terms(const float *terms, float r2, float *slope)
+{
+    float sag = 0;
+    int32_t j;
+    for (*slope = 0, j = 7; j >= 0; j--) {
+        *slope = *slope * r2 + sag;
+        sag = sag * r2 + terms[j];
+    }
+    *slope = *slope * r2 + sag;
+    return sag * r2;
+}
+
+/* Moves the ray to a step's surface, `way` 1 or -1 along z; terms: NULL, or of an asphere; the normal faces the front. See lflare__meet. */
+static int lflare__traced_meet(const float *s, const float *terms, float way, lflare__traced_ray *ray, float *normal)
+{
+    float *p = ray->p, *d = ray->d, c = s[1], k = s[3], a, b, e, root, t = -p[2] / d[2], norm, slope = 0;
+    int32_t i, pass;
+    for (i = 0; i < 2; i++) p[i] += t * d[i]; /* to the vertex's plane first: smaller numbers */
+    a = c * (d[0] * d[0] + d[1] * d[1] + k * d[2] * d[2]);
+    b = c * (p[0] * d[0] + p[1] * d[1]) - d[2];
+    e = c * (p[0] * p[0] + p[1] * p[1]);
+    root = b * b - a * e;
+    if (root >= 0) t = e / (-b + way * sqrtf(root));
+    else if (terms != NULL) t = 0;
+    else return 0;
+    for (p[2] = 0, i = 0; i < 3; i++) p[i] += t * d[i];
+    normal[0] = c;
+    normal[2] = c * k * p[2] - 1;
+    for (pass = 0; pass < 6 && terms != NULL; pass++) {
+        float r2 = p[0] * p[0] + p[1] * p[1], inverse = 1 / (s[2] * s[2]), bent = 1 - k * c * c * r2, conic = sqrtf(lflare__maxf(bent, 1e-6f));
+        float sag = c * r2 / (1 + conic) + lflare__traced_terms(terms, r2 * inverse, &slope);
+        normal[0] = c / conic + 2 * slope * inverse;
+        normal[2] = -1;
+        if (bent < 0) return 0;
+        t = (sag - p[2]) / (d[2] - normal[0] * (p[0] * d[0] + p[1] * d[1]));
+        for (i = 0; i < 3; i++) p[i] += t * d[i];
+    }
+    if (!(normal[2] < 0)) return 0; /* past the equator: the other sheet */
+    normal[1] = normal[0] * p[1];
+    normal[0] *= p[0];
+    if (k == 1 && terms == NULL) return 1; /* a sphere's is a unit vector */
+    norm = 1 / sqrtf(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
+    for (i = 0; i < 3; i++) normal[i] *= norm;
+    return lflare__finite((double)norm);
+}
+
+/* Refracts it by `eta`, the index before over that behind, or reflects it; films, unless NULL, decide what goes on. 0: total reflection. */
+static int lflare__traced_pass(const float *film, float eta, int reflected, const float *normal, lflare__traced_ray *ray)
+{
+    float *d = ray->d, along = d[0] * normal[0] + d[1] * normal[1] + d[2] * normal[2], cosine = fabsf(along), beyond = 1 - eta * eta * (1 - cosine * cosine);
+    int32_t k;
+    for (k = 0; k < LFLARE_WAVELENGTHS && film != NULL; k++) {
+        float r = lflare__film_lookup(film, k, eta > 1 ? sqrtf(lflare__maxf(beyond, 0)) : cosine);
+        ray->weight[k] *= reflected ? r : 1 - r;
+    }
+    if (reflected) {
+        for (k = 0; k < 3; k++) d[k] -= 2 * along * normal[k];
+        return 1;
+    }
+    if (beyond < 0) return 0;
+    beyond = along < 0 ? -sqrtf(beyond) : sqrtf(beyond);
+    for (k = 0; k < 3; k++) d[k] = eta * d[k] + (beyond - eta * along) * normal[k];
+    return 1;
+}
+
+/* Shares of the three wavelengths that make one: what is known at them is interpolated (index, films, places). */
+static const float lflare__shares[LFLARE_WAVELENGTHS][LFLARE_WAVELENGTHS] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+
+/* From the entrance point (x, y) through all steps to the sensor (H 4; P 7), at the wavelength that `shares` make; weighing costs as
+   much again. */
+static void lflare__traced_ray_make(const lflare__tracer *o, const float *shares, int weigh, float x, float y, lflare__traced_ray *ray)
+{
+    const float *s = o->steps;
+    float norm = 1 / sqrtf(1 + o->slope * o->slope);
+    int32_t j;
+    memset(ray, 0, sizeof *ray);
+    ray->p[0] = x;
+    ray->p[1] = y;
+    ray->d[0] = o->slope * norm;
+    ray->d[2] = norm;
+    for (j = 0; j < LFLARE_WAVELENGTHS; j++) ray->weight[j] = 1;
+    for (; ray->steps < o->count; ray->steps++, s += LFLARE_STEP_FLOATS) {
+        int32_t code = (int32_t)s[7], surface = code / LFLARE__STEP_SURFACE;
+        float normal[3], way = code & LFLARE__STEP_BACK ? -1.0f : 1.0f, height;
+        ray->p[2] -= s[0];
+        if (!(ray->d[2] * way > 0)) return; /* it went the wrong way */
+        if (!lflare__traced_meet(s, code & LFLARE__STEP_BENT ? o->t->surface + surface * LFLARE_SURFACE_FLOATS + 4 : NULL, way, ray, normal)) return;
+        if (code & LFLARE__STEP_STOP) {
+            for (j = 0; j < 2; j++) ray->stop[j] = ray->p[j] / o->t->iris.radius;
+            continue;
+        }
+        height = sqrtf(ray->p[0] * ray->p[0] + ray->p[1] * ray->p[1]) / s[2];
+        if (height > ray->relative) {
+            ray->relative = height;
+            ray->widest = ray->steps;
+        }
+        if (!lflare__traced_pass(weigh ? o->t->film + (size_t)surface * LFLARE_FILM_SAMPLES * 4 : NULL, s[4] * shares[0] + s[5] * shares[1] + s[6] * shares[2],
+                                 code & LFLARE__STEP_REFLECTS, normal, ray)) return;
+    }
+    if (!(ray->d[2] > 0)) return;
+    for (j = 0; j < 2; j++) ray->sensor[j] = ray->p[j] + ray->d[j] / ray->d[2] * (o->sensor - ray->p[2]);
+    ray->arrives = lflare__finite((double)(ray->sensor[0] + ray->sensor[1] + ray->relative));
+}
+
 /* -- the rays that a ghost lets through -- */
 
 /* A ghost's paths, and what else stops rays: the iris, and that they land too far off to matter. */
@@ -4599,6 +4770,7 @@ typedef struct lflare__finder {
     const lflare_lens *lens;
     double iris, reach;               /* radii on the stop plane and on the sensor, mm */
     int32_t lead;                     /* the wavelength that searches look at */
+    lflare__tracer *tracer;           /* traces in place of paths, faster; NULL: they do */
     lflare_path paths[LFLARE_WAVELENGTHS];
 } lflare__finder;
 
@@ -4608,11 +4780,24 @@ static void lflare__finder_make(lflare__finder *f, const lflare_lens *lens, lfla
     f->lens = lens;
     f->iris = iris;
     f->lead = 1;
+    f->tracer = NULL;
     f->reach = LFLARE__FIT_REACH * lflare__max(lens->sensor_width, lens->sensor_height);
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
         lflare_path_make(lens, lflare__rgb_nm[k], &pair, &f->paths[k]);
         f->paths[k].unweighted = 1;
     }
+}
+
+/* lflare__closed by floats. */
+static double lflare__closed_floats(lflare__finder *f, int32_t k, double x, double y, double slope, lflare__traced_ray *ray)
+{
+    double stop;
+    f->tracer->slope = (float)slope;
+    lflare__traced_ray_make(f->tracer, lflare__shares[k], 0, (float)x, (float)y, ray);
+    if (!ray->arrives) return 5 - (double)ray->steps / f->tracer->count;
+    stop = sqrt((double)(ray->stop[0] * ray->stop[0] + ray->stop[1] * ray->stop[1])) * (double)f->tracer->t->iris.radius / f->iris;
+    stop = lflare__max(stop, sqrt((double)(ray->sensor[0] * ray->sensor[0] + ray->sensor[1] * ray->sensor[1])) / f->reach);
+    return lflare__min(lflare__max(stop, (double)ray->relative), 4);
 }
 
 /* How closed the lens is to a ray: up to 1 it passes and lands near the frame, above 4 it never arrives. */
@@ -4629,16 +4814,22 @@ static double lflare__closed(lflare__finder *f, int32_t k, double x, double y, d
     return lflare__min(lflare__max(stop, ray->relative), 4);
 }
 
+static double lflare__lead_closed(lflare__finder *f, double x, double slope)
+{
+    lflare__traced_ray floats;
+    lflare_ray ray;
+    return f->tracer != NULL ? lflare__closed_floats(f, f->lead, x, 0, slope, &floats) : lflare__closed(f, f->lead, x, 0, slope, &ray, NULL);
+}
+
 /* The least closed ray of the meridional plane, to begin with of 2 `count` + 1: heights are nearly linear in x, so the greatest of
    them is nearly convex. Looks no further once `enough` is met. */
 static double lflare__least_closed_of(lflare__finder *f, double slope, int32_t count, double enough, double *at)
 {
     const lflare_surface *front = &f->lens->prescription.surfaces[0];
     double reach = front->semi_diameter + fabs(lflare_sag(front, front->semi_diameter)) * slope, best = 9, step = reach / count;
-    lflare_ray ray;
     int32_t i;
     for (i = -count; i <= count; i++) {
-        double c = lflare__closed(f, f->lead, i * step, 0, slope, &ray, NULL);
+        double c = lflare__lead_closed(f, i * step, slope);
         if (c < best) {
             best = c;
             *at = i * step;
@@ -4647,8 +4838,8 @@ static double lflare__least_closed_of(lflare__finder *f, double slope, int32_t c
     for (i = 0; i < 24 && best > enough && best < 5; i++) { /* walk to the lower side, halving */
         double x = *at, lo, hi;
         step *= 0.6;
-        lo = lflare__closed(f, f->lead, x - step, 0, slope, &ray, NULL);
-        hi = lflare__closed(f, f->lead, x + step, 0, slope, &ray, NULL);
+        lo = lflare__lead_closed(f, x - step, slope);
+        hi = lflare__lead_closed(f, x + step, slope);
         if (lo < best) best = lo, *at = x - step;
         if (hi < best) best = hi, *at = x + step;
     }
@@ -6009,40 +6200,65 @@ static size_t lflare__mesh_layout(lflare_tables *t)
 #ifndef LFLARE_NO_TRACE
 /* -- outlines: where on the entrance the rays of a traced ghost pass, for the iris in force -- */
 
-/* tables.outline, a ghost: one outline if wavelengths do not lie apart, else one for each. Head: directions of half a turn, rings, field
-   angle where hidden, 1 if there is one for each, 1 if ragged,
-   radius that diffraction leaves times that of the bundle, 0, 0. Then knots: x of the centre, half axes, how far the ends along y are bent along x;
-   blur of the iris, mm on the sensor per radian of the lamp's size, radius on the sensor, on the entrance, 1 or -1 as the ghost stands;
-   middle and radius of its bounds on the sensor, the centre's place there, 0; and for each direction how far out it is open to any wavelength, in half axes,
-   where that is to all, as a share of it, mm on the sensor per half axis there, blur of what ends it. */
-#define LFLARE__OUTLINE_APART 0.3 /* pixels that wavelengths sharing a mesh may lie apart */
-enum { LFLARE__OUTLINE_HEAD = 8, LFLARE__OUTLINE_KNOT = 12 + 4 * LFLARE_OUTLINE_SIDES, LFLARE__OUTLINE_ONE = LFLARE__OUTLINE_HEAD + LFLARE_OUTLINE_KNOTS * LFLARE__OUTLINE_KNOT };
+/* tables.outline, a ghost: outlines of the three wavelengths, of which all but the middle one's are filled in only where meshes are split. Head:
+   field angle where hidden, 1 if ragged, radius that diffraction leaves times that of the bundle, 0. Then knots: x of the centre, half axes,
+   how far the ends along y are bent along x; blur of the iris, mm on the sensor per radian of the lamp's size, radius on the sensor, on the
+   entrance, 1 or -1 as the ghost stands; middle and radius of its bounds on the sensor, the centre's place there, for the middle wavelength
+   the mesh up to the next knot (see lflare__mesh_code); how much brighter the outer wavelengths' maps make them than the middle one's, 0, 0; and for
+   each direction how far out it is open to any wavelength, in half axes, where that is to all, as a share of it, mm on the sensor per half
+   axis there, blur of what ends it. */
+enum { LFLARE__OUTLINE_HEAD = 4, LFLARE__OUTLINE_WHOLE = 16, LFLARE__OUTLINE_KNOT = LFLARE__OUTLINE_WHOLE + 4 * LFLARE_OUTLINE_SIDES, LFLARE__OUTLINE_ONE = LFLARE__OUTLINE_HEAD + LFLARE_OUTLINE_KNOTS * LFLARE__OUTLINE_KNOT };
+
+/* How far, in pixels, rays of the outer wavelengths may land from where the first order says: beyond, wavelengths have meshes of their own. */
+#define LFLARE__OUTLINE_APART 1.0
+
+/* Rings, 64 for 32 directions over half a turn instead of 16, 128 if there is a mesh for each wavelength. */
+static int32_t lflare__mesh_code(int32_t level, int split) { return (4 << level) + (level < 2 ? 0 : 64) + (split ? 128 : 0); }
+static int32_t lflare__code_rings(int32_t code) { return code & 63; }
+static int32_t lflare__code_directions(int32_t code) { return code & 64 ? 32 : 16; }
+static int32_t lflare__code_meshes(int32_t code) { return code & 128 ? LFLARE_WAVELENGTHS : 1; }
+static int32_t lflare__code_patches(int32_t code) { return lflare__code_meshes(code) * (lflare__code_directions(code) / 4) * (lflare__code_rings(code) / 4); }
 
 typedef struct lflare__outliner {
     lflare__finder find;
+    lflare__tracer tracer;
     double lamps[LFLARE_MAX_STEPS];   /* blur of each step's rim, the stop's too */
     double slope, middle, half[2], bend, inscribed, pixel;
-    double apart, curved;             /* of wavelengths; of the map from a line, over half the way out: greatest of all knots, pixels */
-    int turned, fused;                /* the map turns over somewhere; one mesh is for all wavelengths */
+    int ragged, matching;             /* outlines are ellipses over all; the outer wavelengths are looked at, too */
+    double apart, curved;             /* of the knot: what LFLARE__OUTLINE_APART limits; of the map from a line, over half the way out, pixels */
+    int turned;                       /* the map turns over there */
 } lflare__outliner;
 
-/* See lflare__closed; (u, v) in half axes. */
-static double lflare__outline_closed(lflare__outliner *o, int32_t k, double u, double v, lflare_ray *ray, lflare_hit *hits)
+/* The knot's mesh for the wavelength that leads, as searches found it. */
+typedef struct lflare__outline_plan {
+    double bounds[LFLARE_OUTLINE_KNOTS][3], apart[LFLARE_OUTLINE_KNOTS], curved[LFLARE_OUTLINE_KNOTS];
+    int open[LFLARE_OUTLINE_KNOTS], turned[LFLARE_OUTLINE_KNOTS];
+} lflare__outline_plan;
+
+static void lflare__outline_at(const lflare__outliner *o, double u, double v, double *x, double *y)
 {
-    double y = o->half[1] * v;
-    return lflare__closed(&o->find, k, o->middle + o->half[0] * u + o->bend * y * y, y, o->slope, ray, hits);
+    *y = o->half[1] * v;
+    *x = o->middle + o->half[0] * u + o->bend * *y * *y;
+}
+
+/* See lflare__closed; (u, v) in half axes. */
+static double lflare__outline_closed(lflare__outliner *o, int32_t k, double u, double v, lflare__traced_ray *ray)
+{
+    double x, y;
+    lflare__outline_at(o, u, v, &x, &y);
+    return lflare__closed_floats(&o->find, k, x, y, o->slope, ray);
 }
 
 /* How far from (u, v) along (du, dv) it stays open, found by regula falsi: heights are nearly linear. */
 static double lflare__outline_extent(lflare__outliner *o, double u, double v, double du, double dv, double guess)
 {
     double near = 0, far = guess, open_near, open_far = 0;
-    lflare_ray ray;
+    lflare__traced_ray ray;
     int32_t i;
-    open_near = 1 - lflare__outline_closed(o, o->find.lead, u, v, &ray, NULL);
+    open_near = 1 - lflare__outline_closed(o, o->find.lead, u, v, &ray);
     if (open_near <= 0) return 0;
     for (i = 0; i < 16; i++) {
-        open_far = 1 - lflare__outline_closed(o, o->find.lead, u + far * du, v + far * dv, &ray, NULL);
+        open_far = 1 - lflare__outline_closed(o, o->find.lead, u + far * du, v + far * dv, &ray);
         if (open_far <= 0) break;
         near = far;
         open_near = open_far;
@@ -6050,21 +6266,25 @@ static double lflare__outline_extent(lflare__outliner *o, double u, double v, do
     }
     for (i = 0; i < 24 && far - near > 2e-3 * far; i++) {
         double share = i % 3 == 2 ? 0.5 : lflare__clamp(open_near / (open_near - open_far), 0.02, 0.98), middle = near + share * (far - near);
-        double open = 1 - lflare__outline_closed(o, o->find.lead, u + middle * du, v + middle * dv, &ray, NULL);
-        if (fabs(open) < 3e-5) return middle;
+        double open = 1 - lflare__outline_closed(o, o->find.lead, u + middle * du, v + middle * dv, &ray);
+        if (fabs(open) < 1e-4) return middle;
         if (open > 0) near = middle, open_near = open;
         else far = middle, open_far = open;
     }
     return far;
 }
 
-/* Centre, half axes and bend of what is open; 0 if nothing is. */
+/* Centre, half axes and bend of what is open; 0 if nothing is: then the centre is where least is missing. */
 static int lflare__outline_place(lflare__outliner *o)
 {
-    double reach = o->find.lens->prescription.surfaces[0].semi_diameter, x, lo, hi, up;
+    double reach = o->find.lens->prescription.surfaces[0].semi_diameter, x, lo, hi, up, least;
     o->bend = o->middle = 0;
     o->half[0] = o->half[1] = 1;
-    if (lflare__least_closed(&o->find, o->slope, 0.9, &x) >= 1) return 0;
+    least = lflare__least_closed(&o->find, o->slope, 0.9, &x);
+    if (least >= 1) {
+        o->middle = x;
+        return 0;
+    }
     hi = x + lflare__outline_extent(o, x, 0, 1, 0, 0.3 * reach);
     lo = x - lflare__outline_extent(o, x, 0, -1, 0, 0.3 * reach);
     x = 0.5 * (lo + hi);
@@ -6080,16 +6300,16 @@ static int lflare__outline_place(lflare__outliner *o)
 }
 
 /* Whether what is open hides some of itself from the centre. */
-static int lflare__outline_ragged(lflare__outliner *o)
+static int lflare__outline_hides(lflare__outliner *o)
 {
     int32_t i, j, k;
-    lflare_ray ray;
+    lflare__traced_ray ray;
     for (j = 0; j <= 4; j++)
         for (i = -5; i <= 5; i++) {
             double u = 0.25 * i, v = 0.28 * j;
-            if (lflare__outline_closed(o, o->find.lead, u, v, &ray, NULL) > 0.97) continue;
+            if (lflare__outline_closed(o, o->find.lead, u, v, &ray) > 0.97) continue;
             for (k = 1; k <= 3; k++)
-                if (lflare__outline_closed(o, o->find.lead, 0.25 * k * u, 0.25 * k * v, &ray, NULL) > 1.02) return 1;
+                if (lflare__outline_closed(o, o->find.lead, 0.25 * k * u, 0.25 * k * v, &ray) > 1.02) return 1;
         }
     return 0;
 }
@@ -6100,50 +6320,95 @@ static void lflare__outline_bounds(lflare__outliner *o, double *bounds)
     const int32_t across = 24;
     const lflare_surface *front = &o->find.lens->prescription.surfaces[0];
     double reach = front->semi_diameter + fabs(lflare_sag(front, front->semi_diameter)) * o->slope, step = reach / across;
-    lflare_ray ray;
-    int32_t i, j, k;
+    lflare__traced_ray ray;
+    int32_t i, j;
     bounds[0] = o->middle - o->half[0];
     bounds[1] = o->middle + o->half[0];
     bounds[2] = o->half[1];
     for (j = 0; j <= across; j++)
-        for (i = -across; i <= across; i++)
-            for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
-                if (k != o->find.lead && !o->fused) continue;
-                if (lflare__closed(&o->find, k, i * step, j * step, o->slope, &ray, NULL) > 1.03) continue;
-                bounds[0] = lflare__min(bounds[0], (i - 0.7) * step);
-                bounds[1] = lflare__max(bounds[1], (i + 0.7) * step);
-                bounds[2] = lflare__max(bounds[2], (j + 0.7) * step);
-            }
+        for (i = -across; i <= across; i++) {
+            if (lflare__closed_floats(&o->find, o->find.lead, i * step, j * step, o->slope, &ray) > 1.03) continue;
+            bounds[0] = lflare__min(bounds[0], (i - 0.7) * step);
+            bounds[1] = lflare__max(bounds[1], (i + 0.7) * step);
+            bounds[2] = lflare__max(bounds[2], (j + 0.7) * step);
+        }
 }
 
 /* The ellipse of a ragged ghost: it holds what is open at the neighbouring knots too, between which outlines are interpolated. */
-static void lflare__outline_frame(lflare__outliner *o, double (*bounds)[3], const int *open, int32_t knot)
+static void lflare__outline_frame(lflare__outliner *o, const lflare__outline_plan *p, int32_t knot)
 {
-    double lo = bounds[knot][0], hi = bounds[knot][1], up = bounds[knot][2];
-    int32_t i;
-    for (i = knot - 1; i <= knot + 1; i++) {
-        if (i < 0 || i >= LFLARE_OUTLINE_KNOTS || !open[i]) continue;
-        lo = lflare__min(lo, bounds[i][0]);
-        hi = lflare__max(hi, bounds[i][1]);
-        up = lflare__max(up, bounds[i][2]);
-    }
+    double lo = HUGE_VAL, hi = -HUGE_VAL, up = 0;
+    int32_t i, away = 1;
+    for (; away < LFLARE_OUTLINE_KNOTS && !(lo < hi); away++) /* farther ones if the nearest are shut */
+        for (i = knot - away; i <= knot + away; i++) {
+            if (i < 0 || i >= LFLARE_OUTLINE_KNOTS || !p->open[i]) continue;
+            lo = lflare__min(lo, p->bounds[i][0]);
+            hi = lflare__max(hi, p->bounds[i][1]);
+            up = lflare__max(up, p->bounds[i][2]);
+        }
     o->middle = 0.5 * (lo + hi);
     o->half[0] = 1.2 * 0.5 * (hi - lo);
     o->half[1] = 1.2 * up;
     o->bend = 0;
 }
 
-/* One direction; if the mesh is for all wavelengths the middle one's, and where the others' lie by how closed they are there. */
+/* The map about a ray through (x, y) that arrives: slopes of its place on the sensor, by rays nearer to the centre. 0 if one is lost. */
+static int lflare__outline_slopes(lflare__outliner *o, int32_t k, double x, double y, const lflare__traced_ray *ray, double *slopes)
+{
+    int32_t axis, i;
+    for (axis = 0; axis < 2; axis++) {
+        double way = (axis == 0 ? x > o->middle : y > 0) ? -0.02 * o->half[axis] : 0.02 * o->half[axis];
+        lflare__traced_ray near;
+        lflare__traced_ray_make(&o->tracer, lflare__shares[k], 0, (float)(axis == 0 ? x + way : x), (float)(axis == 1 ? y + way : y), &near);
+        if (!near.arrives) return 0;
+        for (i = 0; i < 2; i++) slopes[2 * axis + i] = (double)(near.sensor[i] - ray->sensor[i]) / (double)((float)(axis == 0 ? x + way : y + way) - (float)(axis == 0 ? x : y));
+    }
+    return 1;
+}
+
+/* How closed wavelength k is where the leading one's ray through (u, v) lands, to first order, as vertices do it; what is wrong with that
+   goes into o->apart. *brighter (may be NULL): the leading map's area over that of k there. */
+static double lflare__outline_match(lflare__outliner *o, int32_t k, double u, double v, const lflare__traced_ray *lead, double *brighter)
+{
+    double x, y, slopes[4], own[4], det, off[2], closed;
+    lflare__traced_ray ray;
+    int32_t i;
+    lflare__outline_at(o, u, v, &x, &y);
+    lflare__traced_ray_make(&o->tracer, lflare__shares[k], 0, (float)x, (float)y, &ray);
+    det = lflare__outline_slopes(o, o->find.lead, x, y, lead, slopes) ? slopes[0] * slopes[3] - slopes[1] * slopes[2] : 0;
+    if (!ray.arrives || !(fabs(det) > 1e-12)) {
+        o->apart = HUGE_VAL;
+        return 1;
+    }
+    for (i = 0; i < 2; i++) off[i] = (double)(lead->sensor[i] - ray.sensor[i]);
+    x += (off[0] * slopes[3] - off[1] * slopes[2]) / det;
+    y += (off[1] * slopes[0] - off[0] * slopes[1]) / det;
+    closed = lflare__closed_floats(&o->find, k, x, y, o->slope, &ray);
+    if (hypot((double)lead->sensor[0], (double)lead->sensor[1]) < o->find.reach)
+        o->apart = lflare__max(o->apart, ray.arrives ? hypot((double)(ray.sensor[0] - lead->sensor[0]), (double)(ray.sensor[1] - lead->sensor[1])) / o->pixel : HUGE_VAL);
+    if (brighter != NULL && ray.arrives && lflare__outline_slopes(o, k, x, y, &ray, own)) {
+        double area = own[0] * own[3] - own[1] * own[2];
+        *brighter = lflare__clamp(fabs(det) / lflare__max(fabs(area), 1e-12), 0.5, 2);
+    }
+    return closed;
+}
+
+/* One direction: how far out the leading wavelength is open, and the others where they are matched to it. */
 static void lflare__outline_side(lflare__outliner *o, double u, double v, double *outer, double *inner)
 {
     double edge = lflare__outline_extent(o, 0, 0, u, v, 1), most = edge, least = edge;
-    lflare_ray ray;
+    lflare__traced_ray lead, ray;
     int32_t k;
-    for (k = 0; k < LFLARE_WAVELENGTHS && edge > 0 && o->fused; k += 2) {
-        double at = lflare__outline_closed(o, k, edge * u, edge * v, &ray, NULL), before = lflare__outline_closed(o, k, 0.9 * edge * u, 0.9 * edge * v, &ray, NULL);
-        double there = edge * (1 + (1 - at) / lflare__max((at - before) / 0.1, 0.2));
-        most = lflare__max(most, there);
-        least = lflare__min(least, there);
+    if (edge > 0 && o->matching) {
+        double rate = lflare__max((1 - lflare__outline_closed(o, o->find.lead, 0.9 * edge * u, 0.9 * edge * v, &ray)) / 0.1, 0.2);
+        lflare__outline_closed(o, o->find.lead, 0.995 * edge * u, 0.995 * edge * v, &lead);
+        for (k = 0; k < LFLARE_WAVELENGTHS && lead.arrives; k++) {
+            double there;
+            if (k == o->find.lead) continue;
+            there = edge * (0.995 + (1 - lflare__outline_match(o, k, 0.995 * edge * u, 0.995 * edge * v, &lead, NULL)) / rate);
+            most = lflare__max(most, there);
+            least = lflare__min(least, there);
+        }
     }
     *outer = edge + 1.1 * (lflare__min(most, 1.5 * edge) - edge);
     if (o->inscribed < 1) {
@@ -6155,230 +6420,311 @@ static void lflare__outline_side(lflare__outliner *o, double u, double v, double
 }
 
 /* The ray at (u, v), or if it does not arrive one nearer to the centre that does. */
-static void lflare__outline_ray(lflare__outliner *o, int32_t k, double u, double v, lflare_ray *ray, lflare_hit *hits)
+static void lflare__outline_ray(lflare__outliner *o, double u, double v, lflare__traced_ray *ray)
 {
     int32_t i;
     for (i = 0; i < 12; i++, u *= 0.9, v *= 0.9) {
-        lflare__outline_closed(o, k, u, v, ray, hits);
-        if (ray->fate == LFLARE_RAY_ARRIVES) return;
+        lflare__outline_closed(o, o->find.lead, u, v, ray);
+        if (ray->arrives) return;
     }
     memset(ray, 0, sizeof *ray);
 }
 
 /* The blur of what stops a ray first. */
-static double lflare__outline_lamp(const lflare__outliner *o, const lflare_ray *ray, const lflare_hit *hits)
+static double lflare__outline_lamp(const lflare__outliner *o, const lflare__traced_ray *ray)
 {
-    const lflare_path *path = &o->find.paths[o->find.lead];
-    double stop = sqrt(ray->stop[0] * ray->stop[0] + ray->stop[1] * ray->stop[1]) / o->find.iris;
-    int32_t i, widest = 0;
-    for (i = 0; i < path->step_count && i < ray->steps; i++)
-        if (path->steps[i].surface == o->find.lens->stop ? stop >= ray->relative : hits[i].relative >= lflare__max(ray->relative, stop)) widest = i;
-    return o->lamps[widest];
+    double stop = sqrt((double)(ray->stop[0] * ray->stop[0] + ray->stop[1] * ray->stop[1])) * (double)o->tracer.t->iris.radius / o->find.iris;
+    int32_t i;
+    for (i = 0; i < o->tracer.count && stop >= (double)ray->relative; i++)
+        if ((int32_t)o->tracer.steps[i * LFLARE_STEP_FLOATS + 7] & LFLARE__STEP_STOP) return o->lamps[i];
+    return o->lamps[ray->widest];
 }
 
-/* How far wavelengths lie apart and how the map bends, in pixels, where it matters. */
-static void lflare__outline_measure(lflare__outliner *o, const double *centre, const lflare_ray *half, const lflare_ray *edge, double u, double v)
+/* How far the map is from a line, where it matters. */
+static void lflare__outline_measure(lflare__outliner *o, const double *centre, const lflare__traced_ray *half, const lflare__traced_ray *edge)
 {
     double bent = 0;
-    lflare_ray ray;
-    int32_t k, i;
-    if (hypot(half->sensor[0], half->sensor[1]) > o->find.reach) return;
-    for (i = 0; i < 2; i++) bent += fabs(centre[i] - 2 * half->sensor[i] + edge->sensor[i]);
+    int32_t i;
+    if (hypot((double)half->sensor[0], (double)half->sensor[1]) > o->find.reach) return;
+    for (i = 0; i < 2; i++) bent += fabs(centre[i] - 2 * (double)half->sensor[i] + (double)edge->sensor[i]);
     o->curved = lflare__max(o->curved, bent / o->pixel);
-    for (k = 0; k < LFLARE_WAVELENGTHS && o->fused; k += 2) {
-        lflare__outline_ray(o, k, 0.5 * u, 0.5 * v, &ray, NULL);
-        o->apart = lflare__max(o->apart, hypot(ray.sensor[0] - half->sensor[0], ray.sensor[1] - half->sensor[1]) / o->pixel);
-    }
 }
 
 static double lflare__outline_area(const double *a, const double *b, const double *c) { return 0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1])); }
 
-static void lflare__outline_knot(lflare__outliner *o, lflare_hit *hits, int ragged, float *out)
+/* Areas of a sector's triangles on the sensor, between centre, half way and edge; notes whether their signs differ. */
+static double lflare__outline_sector(lflare__outliner *o, const double *centre, double (*last)[2], double (*now)[2], double *sign)
 {
-    double centre[2], last[2][2] = {{0, 0}, {0, 0}}, area = 0, entrance = 0, lo, hi, up = 0, first = 0, ends = 0, sign = 0;
-    lflare_ray ray, half, edge;
-    int32_t d;
-    lflare__outline_ray(o, o->find.lead, 0, 0, &ray, NULL);
-    lo = hi = centre[0] = ray.sensor[0];
+    double parts[3], area = 0;
+    int32_t i;
+    parts[0] = lflare__outline_area(centre, last[0], now[0]);
+    parts[1] = lflare__outline_area(last[0], last[1], now[0]);
+    parts[2] = lflare__outline_area(now[0], last[1], now[1]);
+    for (i = 0; i < 3; i++) {
+        if (parts[i] * *sign < 0) o->turned = 1;
+        if (parts[i] != 0) *sign = parts[i];
+        area += fabs(parts[i]);
+    }
+    return area;
+}
+
+static void lflare__outline_knot(lflare__outliner *o, float *out)
+{
+    double centre[2], last[2][2] = {{0, 0}, {0, 0}}, now[2][2], area = 0, entrance = 0, lo, hi, up = 0, first = 0, sign = 0, brighter = 1;
+    lflare__traced_ray ray, half, edge;
+    int32_t d, k;
+    o->apart = o->curved = 0;
+    o->turned = 0;
+    lflare__outline_ray(o, 0, 0, &ray);
+    lo = hi = centre[0] = (double)ray.sensor[0];
     centre[1] = 0;
     for (d = 0; d < LFLARE_OUTLINE_SIDES; d++) {
-        double angle = LFLARE__PI * d / (LFLARE_OUTLINE_SIDES - 1), u = cos(angle), v = d == 0 || d == LFLARE_OUTLINE_SIDES - 1 ? 0 : sin(angle), outer = 1, inner = 0, part;
-        float *side = out + 12 + 4 * d;
-        if (!ragged) lflare__outline_side(o, u, v, &outer, &inner);
-        lflare__outline_ray(o, o->find.lead, 0.5 * outer * u, 0.5 * outer * v, &half, NULL);
-        lflare__outline_ray(o, o->find.lead, outer * u, outer * v, &edge, hits);
+        double angle = LFLARE__PI * d / (LFLARE_OUTLINE_SIDES - 1), u = cos(angle), v = d == 0 || d == LFLARE_OUTLINE_SIDES - 1 ? 0 : sin(angle), outer = 1, inner = 0;
+        float *side = out + LFLARE__OUTLINE_WHOLE + 4 * d;
+        if (!o->ragged) lflare__outline_side(o, u, v, &outer, &inner);
+        lflare__outline_ray(o, 0.5 * outer * u, 0.5 * outer * v, &half);
+        lflare__outline_ray(o, outer * u, outer * v, &edge);
+        for (k = 0; k < LFLARE_WAVELENGTHS && o->matching && d % 4 == 0 && half.arrives; k++)
+            if (k != o->find.lead) lflare__outline_match(o, k, 0.5 * outer * u, 0.5 * outer * v, &half, NULL);
+        for (k = 0; k < 2; k++) {
+            now[0][k] = (double)half.sensor[k];
+            now[1][k] = (double)edge.sensor[k];
+        }
         side[0] = (float)outer;
         side[1] = (float)inner;
-        side[2] = (float)(outer > 0 ? 2 * hypot(edge.sensor[0] - half.sensor[0], edge.sensor[1] - half.sensor[1]) : 0);
-        side[3] = (float)lflare__outline_lamp(o, &edge, hits);
-        lflare__outline_measure(o, centre, &half, &edge, outer * u, outer * v);
-        lo = lflare__min(lo, lflare__min(half.sensor[0], edge.sensor[0]));
-        hi = lflare__max(hi, lflare__max(half.sensor[0], edge.sensor[0]));
-        up = lflare__max(up, lflare__max(fabs(half.sensor[1]), fabs(edge.sensor[1])));
-        if (d == 0) first = edge.sensor[0];
-        ends = edge.sensor[0];
+        side[2] = (float)(outer > 0 ? 2 * hypot(now[1][0] - now[0][0], now[1][1] - now[0][1]) : 0);
+        side[3] = (float)lflare__outline_lamp(o, &edge);
+        lflare__outline_measure(o, centre, &half, &edge);
+        lo = lflare__min(lo, lflare__min(now[0][0], now[1][0]));
+        hi = lflare__max(hi, lflare__max(now[0][0], now[1][0]));
+        up = lflare__max(up, lflare__max(fabs(now[0][1]), fabs(now[1][1])));
+        if (d == 0) first = now[1][0];
         if (d > 0) {
-            double last_outer = (double)side[-4];
-            part = lflare__outline_area(centre, last[0], half.sensor);
-            if (part * sign < 0) o->turned = 1;
-            sign = part != 0 ? part : sign;
-            area += fabs(part);
-            part = lflare__outline_area(last[0], last[1], half.sensor);
-            if (part * sign < 0) o->turned = 1;
-            area += fabs(part);
-            part = lflare__outline_area(half.sensor, last[1], edge.sensor);
-            if (part * sign < 0) o->turned = 1;
-            area += fabs(part);
-            entrance += outer * last_outer * o->half[0] * o->half[1] * 0.5 * sin(LFLARE__PI / (LFLARE_OUTLINE_SIDES - 1));
+            area += lflare__outline_sector(o, centre, last, now, &sign);
+            entrance += outer * (double)side[-4] * o->half[0] * o->half[1] * 0.5 * sin(LFLARE__PI / (LFLARE_OUTLINE_SIDES - 1));
         }
-        last[0][0] = half.sensor[0], last[0][1] = half.sensor[1];
-        last[1][0] = edge.sensor[0], last[1][1] = edge.sensor[1];
+        memcpy(last, now, sizeof last);
     }
     out[0] = (float)o->middle;
     out[1] = (float)o->half[0];
     out[2] = (float)o->half[1];
     out[3] = (float)(o->bend * o->half[1] * o->half[1]);
-    for (d = 0; d < o->find.paths[o->find.lead].step_count; d++)
-        if (o->find.paths[o->find.lead].steps[d].surface == o->find.lens->stop) out[4] = (float)o->lamps[d];
+    for (d = 0; d < o->tracer.count; d++)
+        if ((int32_t)o->tracer.steps[d * LFLARE_STEP_FLOATS + 7] & LFLARE__STEP_STOP) out[4] = (float)o->lamps[d];
     out[5] = (float)sqrt(2 * area / LFLARE__PI);
     out[6] = (float)sqrt(2 * entrance / LFLARE__PI);
-    out[7] = first >= ends ? 1.0f : -1.0f;
+    out[7] = first >= last[1][0] ? 1.0f : -1.0f;
     out[8] = (float)(0.5 * (lo + hi));
     out[9] = (float)hypot(0.5 * (hi - lo), up);
     out[10] = (float)centre[0];
-    out[11] = 0;
+    for (k = 0; k < LFLARE_WAVELENGTHS && o->matching; k += 2) {
+        if (ray.arrives) lflare__outline_match(o, k, 0, 0, &ray, &brighter);
+        out[12 + k / 2] = (float)brighter;
+    }
 }
 
 /* Blur of the image of each step's rim, mm on the sensor per radian of the lamp's size (P 3). */
-static void lflare__outline_lamps(lflare__outliner *o, const lflare_lens *lens, lflare_pair pair, const float *head)
+static void lflare__outline_lamps(lflare__outliner *o, const lflare_lens *lens, lflare_pair pair, const double *n, const float *head)
 {
-    double n[LFLARE_MAX_SURFACES + 1], m11 = (double)head[6], m12 = (double)head[7];
+    double m11 = (double)head[6], m12 = (double)head[7];
     lflare__walk walk;
     lflare_crossing at;
     int32_t step = 0;
-    lflare__indices(&lens->prescription, lflare__rgb_nm[1], n);
     lflare__walk_start(&walk, lens, n, pair);
     while (lflare__walk_next(&walk, &at) && step < LFLARE_MAX_STEPS)
         o->lamps[step++] = lflare__min(fabs(m12 - m11 * at.b / (fabs(at.a) > 1e-9 ? at.a : 1e-9)), 10 * fabs(m12) + lens->sensor_width);
 }
 
-static double lflare__outline_slope(int32_t knot, double hidden) { return tan((double)lflare__knot_angle(knot, (float)hidden, LFLARE_OUTLINE_KNOTS) * (knot == LFLARE_OUTLINE_KNOTS - 1 ? 0.99999 : 1)); }
+static double lflare__outline_slope(int32_t knot, float hidden) { return tan((double)lflare__knot_angle(knot, hidden, LFLARE_OUTLINE_KNOTS) * (knot == LFLARE_OUTLINE_KNOTS - 1 ? 0.99999 : 1)); }
 
-/* The outline of one wavelength, or of all, at all knots. 0 if nothing passes. */
-static int lflare__outline_one(lflare__outliner *o, float *head)
+/* A shut knot: the outline of the nearest open one, about where the least is missing. */
+static void lflare__outline_shut(float *knots, const int *open, const float *middles)
 {
-    float *knots = head + LFLARE__OUTLINE_HEAD;
-    lflare_hit hits[LFLARE_MAX_STEPS];
-    double hidden;
-    double bounds[LFLARE_OUTLINE_KNOTS][3], width, last = 0;
-    int open[LFLARE_OUTLINE_KNOTS], ragged = 0;
-    int32_t j, level, any = 0;
-    hidden = lflare__find_hidden(&o->find);
-    if (!(hidden > 0)) return 0;
-    o->apart = o->curved = 0;
-    o->turned = 0;
-    memset(bounds, 0, sizeof bounds);
+    int32_t i, j;
     for (j = 0; j < LFLARE_OUTLINE_KNOTS; j++) {
-        o->slope = lflare__outline_slope(j, hidden);
-        open[j] = lflare__outline_place(o);
-        width = open[j] ? 2 * o->half[0] : 0;
-        if (open[j]) any = 1;
-        if (open[j] && !ragged) ragged = lflare__outline_ragged(o) || (last > 0 && width > 1.15 * last); /* what jumps from knot to knot, too */
-        last = width;
-        if (open[j] && !ragged) lflare__outline_knot(o, hits, 0, knots + j * LFLARE__OUTLINE_KNOT);
-        if (o->fused && o->apart > LFLARE__OUTLINE_APART) return 1; /* each wavelength will have its own */
-    }
-    for (j = 0; j < LFLARE_OUTLINE_KNOTS && ragged; j++) {
-        o->slope = lflare__outline_slope(j, hidden);
-        if (open[j] && lflare__outline_place(o)) lflare__outline_bounds(o, bounds[j]);
-    }
-    for (j = 0; j < LFLARE_OUTLINE_KNOTS && ragged; j++) {
-        o->slope = lflare__outline_slope(j, hidden);
-        lflare__outline_frame(o, bounds, open, j);
-        if (open[j]) lflare__outline_knot(o, hits, 1, knots + j * LFLARE__OUTLINE_KNOT);
-    }
-    if (!any) return 0;
-    for (j = 0; j < LFLARE_OUTLINE_KNOTS; j++) { /* shut ones take their neighbour's */
-        int32_t i, nearest = -1;
+        int32_t nearest = -1;
         for (i = 0; i < LFLARE_OUTLINE_KNOTS && !open[j]; i++)
             if (open[i] && (nearest < 0 || abs(i - j) < abs(nearest - j))) nearest = i;
-        if (nearest >= 0) memcpy(knots + j * LFLARE__OUTLINE_KNOT, knots + nearest * LFLARE__OUTLINE_KNOT, sizeof(float) * LFLARE__OUTLINE_KNOT);
+        if (nearest < 0) continue;
+        memcpy(knots + j * LFLARE__OUTLINE_KNOT, knots + nearest * LFLARE__OUTLINE_KNOT, sizeof(float) * LFLARE__OUTLINE_KNOT);
+        knots[j * LFLARE__OUTLINE_KNOT] = middles[j];
     }
-    for (level = 0; level < 3 && o->curved > (o->turned || ragged ? 3 : 10); level++) o->curved /= 4;
-    if (ragged && level < 2) level = 2;
-    head[0] = level < 2 ? 16.0f : 32.0f;
-    head[1] = (float)(4 << level);
-    head[2] = (float)hidden;
-    head[3] = !o->fused;
-    head[4] = (float)ragged;
+}
+
+/* The middle wavelength's outline at all knots. 0: it is ragged, and o->ragged does not say so yet. */
+static int lflare__outline_middle(lflare__outliner *o, float hidden, float *knots, lflare__outline_plan *p)
+{
+    float middles[LFLARE_OUTLINE_KNOTS];
+    double last = 0;
+    int32_t j;
+    o->find.lead = 1;
+    o->matching = 1;
+    for (j = 0; j < LFLARE_OUTLINE_KNOTS; j++) {
+        double width;
+        o->slope = lflare__outline_slope(j, hidden);
+        p->open[j] = lflare__outline_place(o);
+        width = p->open[j] ? 2 * o->half[0] : 0;
+        middles[j] = (float)o->middle;
+        if (p->open[j] && o->ragged) lflare__outline_bounds(o, p->bounds[j]);
+        else if (p->open[j] && (lflare__outline_hides(o) || (last > 0 && width > 1.15 * last))) return 0; /* what jumps from knot to knot is ragged, too */
+        last = width;
+        p->apart[j] = HUGE_VAL; /* of shut ones nothing is known */
+        p->curved[j] = p->turned[j] = 0;
+        if (!p->open[j] || o->ragged) continue;
+        lflare__outline_knot(o, knots + j * LFLARE__OUTLINE_KNOT);
+        p->apart[j] = o->apart;
+        p->curved[j] = o->curved;
+        p->turned[j] = o->turned;
+    }
+    for (j = 0; j < LFLARE_OUTLINE_KNOTS && o->ragged; j++) {
+        o->slope = lflare__outline_slope(j, hidden);
+        lflare__outline_frame(o, p, j);
+        lflare__outline_knot(o, knots + j * LFLARE__OUTLINE_KNOT);
+        p->apart[j] = o->apart;
+        p->curved[j] = o->curved;
+        p->turned[j] = o->turned;
+    }
+    if (!o->ragged) lflare__outline_shut(knots, p->open, middles);
     return 1;
 }
 
-/* Outlines of a ghost: the middle wavelength's says whether the others lie apart. */
-static void lflare__outline_ghost(const lflare_lens *lens, lflare_tables *t, int32_t g)
+/* An outer wavelength's, at the knots where meshes are split. */
+static void lflare__outline_outer(lflare__outliner *o, float hidden, const float *middle, const lflare__outline_plan *p, const int *split, float *knots)
 {
-    float *all = t->outline + (size_t)g * LFLARE_OUTLINE_FLOATS;
-    lflare__outliner o;
-    int32_t k;
-    int open;
-    memset(all, 0, sizeof(float) * LFLARE_OUTLINE_FLOATS);
-    lflare__finder_make(&o.find, lens, t->pairs[g], (double)t->iris.radius);
-    o.inscribed = (double)lflare__iris_inscribed(&t->iris);
-    o.pixel = lens->sensor_width / 1280;
-    o.fused = 1;
-    lflare__outline_lamps(&o, lens, t->pairs[g], t->head + (size_t)g * LFLARE_HEAD_FLOATS);
-    open = lflare__outline_one(&o, all);
-    o.fused = open && o.apart <= LFLARE__OUTLINE_APART;
-    for (k = 0; k < LFLARE_WAVELENGTHS && !o.fused; k++) {
-        float *one = all + k * LFLARE__OUTLINE_ONE;
-        memset(one, 0, sizeof(float) * LFLARE__OUTLINE_ONE);
-        o.find.lead = k;
-        lflare__outline_one(&o, one);
-        one[3] = 1;
+    int32_t j;
+    o->matching = 0;
+    for (j = 0; j < LFLARE_OUTLINE_KNOTS; j++) {
+        if (!split[j] && (j == 0 || !split[j - 1])) continue;
+        o->slope = lflare__outline_slope(j, hidden);
+        if (o->ragged) lflare__outline_frame(o, p, j);
+        if (o->ragged || lflare__outline_place(o)) lflare__outline_knot(o, knots + j * LFLARE__OUTLINE_KNOT);
+        else memcpy(knots + j * LFLARE__OUTLINE_KNOT, middle + j * LFLARE__OUTLINE_KNOT, sizeof(float) * LFLARE__OUTLINE_KNOT);
     }
-    for (k = 0; k < LFLARE_WAVELENGTHS; k++) all[k * LFLARE__OUTLINE_ONE + 5] = 0.61e-6f * t->wavelengths[k] * t->head[(size_t)g * LFLARE_HEAD_FLOATS + 4 * (size_t)k + 3];
 }
 
-/* Patches of a mesh with such a head. */
-static int32_t lflare__outline_patches(const float *head) { return head[2] > 0 ? (int32_t)(head[0] / 4) * (int32_t)(head[1] / 4) : 0; }
+/* The meshes between knots. */
+static void lflare__outline_codes(const lflare__outliner *o, const lflare__outline_plan *p, float *knots, int *split)
+{
+    int32_t j, i, level, other = 0;
+    split[LFLARE_OUTLINE_KNOTS - 1] = 0;
+    for (j = 0; j < LFLARE_OUTLINE_KNOTS - 1; j++) {
+        int turned = p->turned[j] || p->turned[j + 1];
+        split[j] = turned || p->apart[j] > LFLARE__OUTLINE_APART || p->apart[j + 1] > LFLARE__OUTLINE_APART;
+        for (i = j; i <= j + 1; i++) {
+            double curved = p->curved[i];
+            for (level = 0; level < 3 && curved > (turned || o->ragged ? 3 : 10); level++) curved /= 4;
+            if (o->ragged && level < 2) level = 2;
+            other = i == j || level > other ? level : other;
+        }
+        knots[j * LFLARE__OUTLINE_KNOT + 11] = (float)lflare__mesh_code(other, split[j]);
+    }
+}
+
+/* Where the ghost is hidden to all wavelengths. */
+static float lflare__outline_hidden(lflare__outliner *o)
+{
+    double hidden = lflare__find_hidden(&o->find), x, step;
+    for (o->find.lead = 0; o->find.lead < LFLARE_WAVELENGTHS && hidden > 0; o->find.lead += 2)
+        for (step = 0.002; step < 0.3 && hidden < 1.3 && lflare__least_closed(&o->find, tan(hidden + step), 1, &x) <= 1; step *= 2) hidden += step;
+    o->find.lead = 1;
+    return (float)hidden;
+}
+
+static void lflare__outline_ghost(const lflare_lens *lens, lflare_tables *t, int32_t g, const double n[][LFLARE_MAX_SURFACES + 1])
+{
+    float *all = t->outline + (size_t)g * LFLARE_OUTLINE_FLOATS, *middle = all + LFLARE__OUTLINE_ONE + LFLARE__OUTLINE_HEAD, hidden;
+    const float *head = t->head + (size_t)g * LFLARE_HEAD_FLOATS;
+    lflare__outliner o;
+    lflare__outline_plan p;
+    int split[LFLARE_OUTLINE_KNOTS], any = 0;
+    int32_t k, j;
+    memset(all, 0, sizeof(float) * LFLARE_OUTLINE_FLOATS);
+    memset(&p, 0, sizeof p);
+    lflare__steps_make(lens, t, g, n);
+    lflare__tracer_make(t, g, &o.tracer);
+    o.find.lens = lens;
+    o.find.tracer = &o.tracer;
+    o.find.iris = (double)t->iris.radius;
+    o.find.reach = LFLARE__FIT_REACH * lflare__max(lens->sensor_width, lens->sensor_height);
+    o.find.lead = 1;
+    o.inscribed = (double)lflare__iris_inscribed(&t->iris);
+    o.pixel = lens->sensor_width / 1280;
+    lflare__outline_lamps(&o, lens, t->pairs[g], n[1], head);
+    hidden = lflare__outline_hidden(&o);
+    if (!(hidden > 0)) return;
+    o.ragged = 0;
+    if (!lflare__outline_middle(&o, hidden, middle, &p)) {
+        o.ragged = 1;
+        lflare__outline_middle(&o, hidden, middle, &p);
+    }
+    lflare__outline_codes(&o, &p, middle, split);
+    for (j = 0; j < LFLARE_OUTLINE_KNOTS; j++) any |= split[j];
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
+        float *one = all + k * LFLARE__OUTLINE_ONE;
+        if (k != 1 && !any) continue;
+        o.find.lead = k;
+        if (k != 1) lflare__outline_outer(&o, hidden, middle, &p, split, one + LFLARE__OUTLINE_HEAD);
+        one[0] = hidden;
+        one[1] = (float)o.ragged;
+        one[2] = 0.61e-6f * t->wavelengths[k] * head[4 * k + 3];
+    }
+}
+
+/* The mesh's code for a field angle; *knot: the one before. 0 where the ghost is hidden. */
+static int32_t lflare__outline_code(const lflare_tables *t, uint32_t g, float angle, int32_t *knot)
+{
+    const float *head = t->outline + (size_t)g * LFLARE_OUTLINE_FLOATS + LFLARE__OUTLINE_ONE;
+    if (!(angle < head[0])) return 0;
+    *knot = (int32_t)lflare__minf(lflare__knot_of(angle, head[0], LFLARE_OUTLINE_KNOTS), LFLARE_OUTLINE_KNOTS - 2);
+    return (int32_t)head[LFLARE__OUTLINE_HEAD + *knot * LFLARE__OUTLINE_KNOT + 11];
+}
 
 /* lflare__cull_ghost for a traced one. */
 static void lflare__outline_cull(lflare_tables *t, int32_t g)
 {
     const float *all = t->outline + (size_t)g * LFLARE_OUTLINE_FLOATS, *style = t->style + (size_t)g * LFLARE_STYLE_FLOATS;
     lflare_cull *cull = &t->cull[g];
-    float along = 0, weight = 0, reach = 0, hidden = 0;
-    int32_t j, k, count = all[3] > 0 ? LFLARE_WAVELENGTHS : 1;
+    float along = 0, weight = 0, reach = 0, hidden = all[LFLARE__OUTLINE_ONE];
+    int32_t i;
     cull->patches = 0;
-    for (k = 0; k < count; k++) {
-        const float *head = all + k * LFLARE__OUTLINE_ONE;
-        for (j = 0; j < LFLARE_OUTLINE_KNOTS && head[2] > 0; j++) {
-            const float *knot = head + LFLARE__OUTLINE_HEAD + j * LFLARE__OUTLINE_KNOT;
-            float u = tanf(lflare__knot_angle(j, head[2], LFLARE_OUTLINE_KNOTS));
-            along += knot[8] * u;
-            weight += u * u;
-            reach = lflare__maxf(reach, knot[4]);
-        }
-        hidden = lflare__maxf(hidden, head[2]);
-        cull->patches = (uint16_t)(cull->patches + lflare__outline_patches(head));
-    }
     if (!(hidden > 0)) { /* nothing passes */
         t->rank[g * 2] = 0;
         return;
     }
+    for (i = 0; i < LFLARE_WAVELENGTHS * LFLARE_OUTLINE_KNOTS; i++) {
+        const float *knot = all + i / LFLARE_OUTLINE_KNOTS * LFLARE__OUTLINE_ONE + LFLARE__OUTLINE_HEAD + i % LFLARE_OUTLINE_KNOTS * LFLARE__OUTLINE_KNOT;
+        float u = tanf(lflare__knot_angle(i % LFLARE_OUTLINE_KNOTS, hidden, LFLARE_OUTLINE_KNOTS));
+        int32_t patches = lflare__code_patches((int32_t)knot[11]);
+        if (!(knot[1] > 0)) continue; /* not filled in */
+        if (patches > cull->patches) cull->patches = (uint16_t)patches;
+        along += knot[8] * u;
+        weight += u * u;
+        reach = lflare__maxf(reach, knot[4]);
+    }
     along /= weight;
     cull->radius = 0;
-    for (k = 0; k < count; k++) {
-        const float *head = all + k * LFLARE__OUTLINE_ONE;
-        for (j = 0; j < LFLARE_OUTLINE_KNOTS && head[2] > 0; j++) {
-            const float *knot = head + LFLARE__OUTLINE_HEAD + j * LFLARE__OUTLINE_KNOT;
-            cull->radius = lflare__maxf(cull->radius, 1.2f * knot[9] + fabsf(knot[8] - along * tanf(lflare__knot_angle(j, head[2], LFLARE_OUTLINE_KNOTS))));
-        }
+    for (i = 0; i < LFLARE_WAVELENGTHS * LFLARE_OUTLINE_KNOTS; i++) {
+        const float *knot = all + i / LFLARE_OUTLINE_KNOTS * LFLARE__OUTLINE_ONE + LFLARE__OUTLINE_HEAD + i % LFLARE_OUTLINE_KNOTS * LFLARE__OUTLINE_KNOT;
+        if (knot[1] > 0) cull->radius = lflare__maxf(cull->radius, 1.2f * knot[9] + fabsf(knot[8] - along * tanf(lflare__knot_angle(i % LFLARE_OUTLINE_KNOTS, hidden, LFLARE_OUTLINE_KNOTS))));
     }
     if (style[3] != 1) cull->radius *= 1 + 2 * style[3];
     cull->along = along + style[4] * t->efl;
     cull->reach = 3 * reach * lflare__maxf(style[3], 1);
     cull->hidden_slope = tanf(hidden);
+}
+
+LFLARE_API size_t lflare_tables_traced(lflare_tables *t, float *memory)
+{
+    size_t outlines = (size_t)t->ghost_count * LFLARE_OUTLINE_FLOATS, steps = 0;
+    if (t->ghost_count > 0) {
+        const float *last = t->head + (size_t)(t->ghost_count - 1) * LFLARE_HEAD_FLOATS;
+        steps = (size_t)last[15] + (size_t)lflare__step_count(t, t->pairs[t->ghost_count - 1]);
+    }
+    if (memory != NULL) {
+        t->outline = memory;
+        t->steps = memory + outlines;
+    }
+    return outlines + steps * LFLARE_STEP_FLOATS;
 }
 
 #endif /* LFLARE_NO_TRACE */
@@ -6392,7 +6738,7 @@ LFLARE_API lflare_tables_size lflare_tables_layout(const lflare_lens *lens, cons
     int32_t i;
     t->ghost_count = lens->ghost_count;
     t->fit = (const uint8_t *)fit;
-    t->mesh_head = t->mesh = t->outline = NULL;
+    t->mesh_head = t->mesh = t->outline = t->steps = NULL;
     t->mesh_texels = lflare__mesh_layout(t);
     arrays[0] = ghosts * sizeof(lflare_pair);
     arrays[1] = ghosts * LFLARE_HEAD_FLOATS * f;
@@ -6579,7 +6925,6 @@ static void lflare__prepare_ghost(const lflare_lens *lens, lflare_tables *t, int
     head[12] = (float)t->pairs[g].first;
     head[13] = (float)t->pairs[g].second;
     head[14] = (float)used;
-    head[15] = 0;
 }
 
 #ifndef LFLARE_NO_TRACE
@@ -6613,6 +6958,12 @@ LFLARE_API lflare_result lflare_tables_prepare(const lflare_lens *lens, lflare_t
         lflare_layer scratch[LFLARE_MAX_LAYERS];
         count = t->ghost_count;
         lflare_ghost_list(lens, t->pairs, &count);
+        for (g = 0, i = 0; g < count; g++) {
+            t->head[(size_t)g * LFLARE_HEAD_FLOATS + 15] = (float)i;
+#ifndef LFLARE_NO_TRACE
+            i += lflare__step_count(t, t->pairs[g]);
+#endif
+        }
 #ifndef LFLARE_NO_DIFFRACTION
         lflare_ringing_make(t->ringing);
 #endif
@@ -6897,7 +7248,7 @@ static void lflare__configure_ghost(const lflare_lens *lens, lflare_tables *t, c
 #endif
 #ifndef LFLARE_NO_TRACE
     if (t->model == LFLARE_MODEL_TRACED) {
-        lflare__outline_ghost(lens, t, g);
+        lflare__outline_ghost(lens, t, g, n);
         lflare__outline_cull(t, g);
     }
 #endif
@@ -7122,7 +7473,7 @@ LFLARE_API lflare_result lflare_frame_build(const lflare_tables *t, const lflare
     for (i = 0; i < light_count; i++) {
         lflare_frame_light *l;
         float growth;
-        int32_t budget = t->ghost_budget > 0 ? t->ghost_budget : t->active_count;
+        int32_t budget = t->ghost_budget > 0 ? t->ghost_budget : t->active_count, patches, band = 0;
         if (f->light_count == f->light_capacity) return LFLARE_ERROR_LIMIT;
         l = &f->lights[f->light_count];
         if (!lflare__frame_light_make(t, f, &lights[i], slope_scale, view->edge_fade, l)) continue;
@@ -7135,14 +7486,18 @@ LFLARE_API lflare_result lflare_frame_build(const lflare_tables *t, const lflare
             float r = c->radius + growth + c->reach * l->angular_radius;
             lflare_instance *instance = &f->instances[f->instance_count];
             if (l->slope_length >= c->hidden_slope || fabsf(x) > f->half_width + r || fabsf(y) > f->half_height + r) continue;
-            if (f->instance_capacity - f->instance_count < c->patches) return LFLARE_ERROR_LIMIT;
-            for (k = 0; k < c->patches; k++, instance++) {
+            patches = c->patches;
+#ifndef LFLARE_NO_TRACE
+            if (t->model == LFLARE_MODEL_TRACED) patches = lflare__code_patches(lflare__outline_code(t, c->ghost, l->field_angle, &band));
+#endif
+            if (f->instance_capacity - f->instance_count < patches) return LFLARE_ERROR_LIMIT;
+            for (k = 0; k < patches; k++, instance++) {
                 instance->ghost = (uint16_t)c->ghost;
                 instance->light = (uint16_t)f->light_count;
                 instance->patch = (uint16_t)k;
-                instance->band = 0;
+                instance->band = (uint16_t)band;
             }
-            f->instance_count += c->patches;
+            f->instance_count += patches;
             budget--;
         }
         f->light_count++;
@@ -7535,153 +7890,39 @@ static int32_t lflare__mesh_resolve(const lflare_tables *t, const lflare_frame_d
 #ifndef LFLARE_NO_TRACE
 /* -- traced ghosts -- */
 
-/* A ray on its way through a ghost, in the light's frame; z from the vertex of the surface it meets. */
-typedef struct lflare__traced_ray {
-    float p[3], d[3], stop[2], sensor[2];
-    float relative;                    /* largest of all clear semi-diameters */
-    float weight[LFLARE_WAVELENGTHS];  /* with the films of each wavelength */
-    int arrives;
-} lflare__traced_ray;
-
-/* The sag at the rim's share r2 of the radius squared that the aspheric terms make, and what it grows by with r2. */
-static float lflare__traced_terms(const float *terms, float r2, float *slope)
-{
-    float sag = 0;
-    int32_t j;
-    for (*slope = 0, j = 7; j >= 0; j--) {
-        *slope = *slope * r2 + sag;
-        sag = sag * r2 + terms[j];
-    }
-    *slope = *slope * r2 + sag;
-    return sag * r2;
-}
-
-/* Moves the ray to a surface, `way` 1 or -1 along z; the normal faces the front. See lflare__meet. */
-static int lflare__traced_meet(const float *s, float way, lflare__traced_ray *ray, float *normal)
-{
-    float *p = ray->p, *d = ray->d, c = s[1], k = s[3], a, b, e, root, t = -p[2] / d[2], norm, slope = 0;
-    int polynomial = s[4] != 0 || s[5] != 0 || s[6] != 0 || s[7] != 0 || s[8] != 0 || s[9] != 0 || s[10] != 0 || s[11] != 0;
-    int32_t i, pass;
-    for (i = 0; i < 3; i++) p[i] += t * d[i]; /* to the vertex's plane first: smaller numbers */
-    p[2] = 0;
-    a = c * (d[0] * d[0] + d[1] * d[1] + k * d[2] * d[2]);
-    b = c * (p[0] * d[0] + p[1] * d[1]) - d[2];
-    e = c * (p[0] * p[0] + p[1] * p[1]);
-    root = b * b - a * e;
-    if (root >= 0) t = e / (-b + way * sqrtf(root));
-    else if (polynomial) t = 0;
-    else return 0;
-    for (i = 0; i < 3; i++) p[i] += t * d[i];
-    normal[0] = c;
-    normal[2] = c * k * p[2] - 1;
-    for (pass = 0; pass < 6 && polynomial; pass++) {
-        float r2 = p[0] * p[0] + p[1] * p[1], inverse = 1 / (s[2] * s[2]), bent = 1 - k * c * c * r2, conic = sqrtf(lflare__maxf(bent, 1e-6f));
-        float sag = c * r2 / (1 + conic) + lflare__traced_terms(s + 4, r2 * inverse, &slope);
-        normal[0] = c / conic + 2 * slope * inverse;
-        normal[2] = -1;
-        if (bent < 0) return 0;
-        t = (sag - p[2]) / (d[2] - normal[0] * (p[0] * d[0] + p[1] * d[1]));
-        for (i = 0; i < 3; i++) p[i] += t * d[i];
-    }
-    if (!(normal[2] < 0)) return 0; /* past the equator: the other sheet */
-    normal[1] = normal[0] * p[1];
-    normal[0] *= p[0];
-    norm = 1 / sqrtf(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
-    for (i = 0; i < 3; i++) normal[i] *= norm;
-    return lflare__finite((double)norm);
-}
-
-/* Refracts or reflects it between media of index `before` and `after`; films decide what goes on. 0: total reflection. */
-static int lflare__traced_pass(const float *film, float before, float after, int reflected, const float *normal, lflare__traced_ray *ray)
-{
-    float *d = ray->d, along = d[0] * normal[0] + d[1] * normal[1] + d[2] * normal[2], cosine = fabsf(along), eta = before / after, beyond = 1 - eta * eta * (1 - cosine * cosine);
-    int32_t k;
-    for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
-        float r = lflare__film_lookup(film, k, before > after ? sqrtf(lflare__maxf(beyond, 0)) : cosine);
-        ray->weight[k] *= reflected ? r : 1 - r;
-    }
-    if (reflected) {
-        for (k = 0; k < 3; k++) d[k] -= 2 * along * normal[k];
-        return 1;
-    }
-    if (beyond < 0) return 0;
-    beyond = along < 0 ? -sqrtf(beyond) : sqrtf(beyond);
-    for (k = 0; k < 3; k++) d[k] = eta * d[k] + (beyond - eta * along) * normal[k];
-    return 1;
-}
-
-/* From the entrance point (x, y) with a slope, at the index of wavelength k, through the two reflections to the sensor (H 4; P 7). */
-static void lflare__traced_ray_make(const lflare_tables *t, lflare_pair pair, int32_t k, float x, float y, float slope, lflare__traced_ray *ray)
-{
-    float norm = 1 / sqrtf(1 + slope * slope), way = 1, z = 0, medium = 1;
-    int32_t i = 0, j, turns = 0;
-    memset(ray, 0, sizeof *ray);
-    ray->p[0] = x;
-    ray->p[1] = y;
-    ray->d[0] = slope * norm;
-    ray->d[2] = norm;
-    for (j = 0; j < LFLARE_WAVELENGTHS; j++) ray->weight[j] = 1;
-    while (i < t->surface_count) {
-        const float *s = t->surface + i * LFLARE_SURFACE_FLOATS;
-        float normal[3], before = medium, after = way > 0 ? t->index[4 * i + k] : i > 0 ? t->index[4 * (i - 1) + k] : 1, height;
-        int reflected = (turns == 0 && i == pair.first) || (turns == 1 && i == pair.second);
-        ray->p[2] -= s[0] - z;
-        z = s[0];
-        if (!(ray->d[2] * way > 0) || !lflare__traced_meet(s, way, ray, normal)) return; /* it went the wrong way, or misses */
-        height = ray->p[0] * ray->p[0] + ray->p[1] * ray->p[1];
-        if (i == t->stop) {
-            for (j = 0; j < 2; j++) ray->stop[j] = ray->p[j] / t->iris.radius;
-        } else {
-            ray->relative = lflare__maxf(ray->relative, sqrtf(height) / s[2]);
-            if (!lflare__traced_pass(t->film + (size_t)i * LFLARE_FILM_SAMPLES * 4, before, after, reflected, normal, ray)) return;
-        }
-        if (reflected) {
-            way = -way;
-            turns++;
-        } else {
-            medium = after;
-        }
-        i += way > 0 ? 1 : -1;
-    }
-    if (!(ray->d[2] > 0)) return;
-    for (j = 0; j < 2; j++) ray->sensor[j] = ray->p[j] + ray->d[j] / ray->d[2] * (t->sensor_z - z - ray->p[2]);
-    ray->arrives = lflare__finite((double)(ray->sensor[0] + ray->sensor[1] + ray->relative));
-}
-
-/* A ghost's outline at the light's field angle. */
+/* A ghost's mesh at the light's field angle. */
 typedef struct lflare__traced_view {
-    const lflare_tables *t;
-    lflare_pair pair;
-    float knot[12 + 4 * LFLARE_OUTLINE_SIDES]; /* see lflare__outline_ghost */
-    int32_t directions, rings, channel;        /* the wavelength traced */
-    int split, ragged;                         /* for it alone */
-    float slope, diffraction;
+    lflare__tracer tracer;
+    float knot[LFLARE__OUTLINE_KNOT];   /* see lflare__outline_ghost */
+    int32_t directions, rings, channel; /* the wavelength traced */
+    int split, ragged;                  /* for it alone */
+    float diffraction;
 } lflare__traced_view;
 
-/* The one that a patch of the ghost belongs to; *patch counts within it from there on. 0 if it is hidden. */
-static int lflare__traced_view_make(const lflare_tables *t, int32_t g, const lflare_frame_light *l, int32_t *patch, lflare__traced_view *o)
+/* The one that a patch belongs to, which counts within it from there on. 0 if it is hidden. */
+static int lflare__traced_view_make(const lflare_tables *t, lflare_instance instance, const lflare_frame_light *l, int32_t *patch, lflare__traced_view *o)
 {
-    const float *head = t->outline + (size_t)g * LFLARE_OUTLINE_FLOATS, *a;
-    float at;
-    int32_t first, i, mesh = 0;
-    o->split = head[3] > 0;
-    for (; mesh < LFLARE_WAVELENGTHS - 1 && *patch >= lflare__outline_patches(head); mesh++) {
-        *patch -= lflare__outline_patches(head);
-        head += LFLARE__OUTLINE_ONE;
-    }
-    if (!(l->field_angle < head[2])) return 0;
-    at = lflare__knot_of(l->field_angle, head[2], LFLARE_OUTLINE_KNOTS);
-    first = (int32_t)lflare__minf(at, LFLARE_OUTLINE_KNOTS - 2);
-    a = head + LFLARE__OUTLINE_HEAD + first * LFLARE__OUTLINE_KNOT;
-    for (i = 0; i < LFLARE__OUTLINE_KNOT; i++) o->knot[i] = a[i] + (at - (float)first) * (a[i + LFLARE__OUTLINE_KNOT] - a[i]);
-    o->t = t;
-    o->pair = t->pairs[g];
-    o->directions = (int32_t)head[0];
-    o->rings = (int32_t)head[1];
-    o->ragged = head[4] > 0;
-    o->diffraction = head[5];
+    const float *head = t->outline + (size_t)instance.ghost * LFLARE_OUTLINE_FLOATS, *middle = head + LFLARE__OUTLINE_ONE, *a;
+    int32_t first = instance.band, code, mesh, each, i;
+    float f;
+    if (!(l->field_angle < middle[0]) || first > LFLARE_OUTLINE_KNOTS - 2) return 0;
+    code = (int32_t)middle[LFLARE__OUTLINE_HEAD + first * LFLARE__OUTLINE_KNOT + 11];
+    each = lflare__code_patches(code) / lflare__code_meshes(code);
+    mesh = instance.patch / each;
+    *patch = instance.patch % each;
+    o->split = lflare__code_meshes(code) > 1;
     o->channel = o->split ? mesh : 1;
-    o->slope = l->slope_length;
+    if (mesh >= lflare__code_meshes(code)) return 0;
+    head += o->channel * LFLARE__OUTLINE_ONE;
+    a = head + LFLARE__OUTLINE_HEAD + first * LFLARE__OUTLINE_KNOT;
+    f = lflare__knot_of(l->field_angle, head[0], LFLARE_OUTLINE_KNOTS) - (float)first;
+    for (i = 0; i < LFLARE__OUTLINE_KNOT; i++) o->knot[i] = a[i] + f * (a[i + LFLARE__OUTLINE_KNOT] - a[i]);
+    lflare__tracer_make(t, instance.ghost, &o->tracer);
+    o->tracer.slope = l->slope_length;
+    o->directions = lflare__code_directions(code);
+    o->rings = lflare__code_rings(code);
+    o->ragged = head[1] > 0;
+    o->diffraction = head[2];
     return 1;
 }
 
@@ -7690,55 +7931,80 @@ static void lflare__outline_beside(const lflare__traced_view *o, int32_t directi
 {
     float at = (float)direction * (LFLARE_OUTLINE_SIDES - 1) / (float)o->directions;
     int32_t first = (int32_t)lflare__minf(at, LFLARE_OUTLINE_SIDES - 2), i;
-    const float *a = o->knot + 12 + 4 * first;
+    const float *a = o->knot + LFLARE__OUTLINE_WHOLE + 4 * first;
     for (i = 0; i < 4; i++) out[i] = a[i] + (at - (float)first) * (a[i + 4] - a[i]);
 }
+
+/* A vertex's ray and what its neighbours say of the map there. */
+typedef struct lflare__traced_point {
+    float place[2];                     /* on the entrance */
+    lflare__traced_ray ray;
+    float sensor[4], stop[4], height[2];/* slopes over the place: by x, then by y */
+    float shrink, spread, curved;       /* see lflare__traced_slopes */
+    int whole;                          /* all neighbours arrive */
+} lflare__traced_point;
 
 /* Area on the sensor per area on the entrance about a ray, signed, and how much that differs from one side of it to the other, over as
    far as it is to the next vertex: half axes are divided into `cells`. How heights curve across: rims are round, and along a line outwards
    heights grow evenly, so that this is what their second slopes add up to. */
-static float lflare__traced_shrink(const lflare__traced_view *o, const lflare__traced_ray *ray, float x, float y, float cells, float *spread, float *curved)
+static void lflare__traced_slopes(const lflare__traced_view *o, float cells, lflare__traced_point *p)
 {
-    float step[2], slopes[2][4], shrink[2]; /* by the ray before, by the one behind */
-    *curved = 0;
-    int32_t axis, side, whole = 1;
+    float sides[2][4], step, shrink[2]; /* by the ray before, by the one behind */
+    int32_t axis, side, i;
+    memset(sides, 0, sizeof sides);
+    p->whole = p->ray.arrives;
+    p->curved = 0;
     for (axis = 0; axis < 2; axis++) {
-        step[axis] = 0.3f * o->knot[1 + axis] / cells;
+        lflare__traced_ray near[2];
+        step = 0.3f * o->knot[1 + axis] / cells;
         for (side = 0; side < 2; side++) {
-            float way = side == 0 ? -step[axis] : step[axis];
-            lflare__traced_ray near;
-            lflare__traced_ray_make(o->t, o->pair, o->channel, axis == 0 ? x + way : x, axis == 1 ? y + way : y, o->slope, &near);
-            whole &= near.arrives;
-            *curved += (near.relative - ray->relative) / (step[axis] * step[axis]);
-            slopes[side][2 * axis] = (near.sensor[0] - ray->sensor[0]) / way;
-            slopes[side][2 * axis + 1] = (near.sensor[1] - ray->sensor[1]) / way;
+            float way = side == 0 ? -step : step;
+            lflare__traced_ray_make(&o->tracer, lflare__shares[o->channel], 0, axis == 0 ? p->place[0] + way : p->place[0], axis == 1 ? p->place[1] + way : p->place[1], &near[side]);
+            p->whole &= near[side].arrives;
+            p->curved += (near[side].relative - p->ray.relative) / (step * step);
+            for (i = 0; i < 2; i++) sides[side][2 * axis + i] = (near[side].sensor[i] - p->ray.sensor[i]) / way;
         }
+        p->height[axis] = (near[1].relative - near[0].relative) / (2 * step);
+        for (i = 0; i < 2; i++) p->stop[2 * axis + i] = (near[1].stop[i] - near[0].stop[i]) / (2 * step);
     }
-    for (side = 0; side < 2; side++) shrink[side] = slopes[side][0] * slopes[side][3] - slopes[side][1] * slopes[side][2];
-    *spread = whole ? fabsf(shrink[1] - shrink[0]) / 0.3f : 1e30f;
-    return whole ? 0.25f * ((slopes[0][0] + slopes[1][0]) * (slopes[0][3] + slopes[1][3]) - (slopes[0][1] + slopes[1][1]) * (slopes[0][2] + slopes[1][2])) : 0;
+    for (i = 0; i < 4; i++) p->sensor[i] = 0.5f * (sides[0][i] + sides[1][i]);
+    for (side = 0; side < 2; side++) shrink[side] = sides[side][0] * sides[side][3] - sides[side][1] * sides[side][2];
+    p->spread = p->whole ? lflare__maxf(fabsf(shrink[1] - shrink[0]) / 0.3f, 1e-20f) : 1e30f;
+    p->shrink = p->whole ? p->sensor[0] * p->sensor[3] - p->sensor[1] * p->sensor[2] : 0;
+}
+
+/* Where another wavelength's ray that lands with this one meets the iris and the rims, to first order. */
+static void lflare__traced_match(const lflare__traced_view *o, const lflare__traced_point *p, int32_t k, float *stop, float *relative)
+{
+    lflare__traced_ray ray;
+    float off[2], move[2];
+    int32_t i;
+    lflare__traced_ray_make(&o->tracer, lflare__shares[k], 0, p->place[0], p->place[1], &ray);
+    if (!ray.arrives || !p->whole || !(fabsf(p->shrink) > 1e-20f)) ray = p->ray;
+    for (i = 0; i < 2; i++) off[i] = p->ray.sensor[i] - ray.sensor[i];
+    move[0] = (off[0] * p->sensor[3] - off[1] * p->sensor[2]) / p->shrink;
+    move[1] = (off[1] * p->sensor[0] - off[0] * p->sensor[1]) / p->shrink;
+    for (i = 0; i < 2; i++) move[i] = fabsf(p->shrink) > 1e-20f ? lflare__minf(lflare__maxf(move[i], -0.5f * o->knot[1 + i]), 0.5f * o->knot[1 + i]) : 0;
+    for (i = 0; i < 2; i++) stop[i] = ray.stop[i] + p->stop[i] * move[0] + p->stop[2 + i] * move[1];
+    *relative = lflare__maxf(ray.relative + p->height[0] * move[0] + p->height[1] * move[1], 0);
 }
 
 /* The ray `at` half axes from the centre. Where none arrives (total reflection, mostly) the last one on the way there that does stands for
    it, on the edge of what is lit. Returns where that is. */
-static float lflare__traced_last(const lflare__traced_view *o, float at, float angle, float *place, lflare__traced_ray *ray)
+static float lflare__traced_last(const lflare__traced_view *o, float at, float c, float s, lflare__traced_point *p)
 {
-    float near = 0, far = at, c = cosf(angle), s = sinf(angle), edge = 0;
-    int32_t tries;
-    for (tries = 0; tries < 9; tries++) {
-        place[1] = at * o->knot[2] * s;
-        place[0] = o->knot[0] + at * o->knot[1] * c + o->knot[3] * at * s * at * s;
-        lflare__traced_ray_make(o->t, o->pair, o->channel, place[0], place[1], o->slope, ray);
-        if (ray->arrives) {
-            if (tries == 0 || tries == 8) break;
-            near = at;
-        } else {
-            far = at;
-            edge = 1;
-        }
-        at = tries < 7 ? 0.5f * (near + far) : near; /* the last is one that arrives */
+    float near = 0, far = at;
+    int32_t tries, last = 1;
+    for (tries = 0; tries < last; tries++) {
+        p->place[1] = at * o->knot[2] * s;
+        p->place[0] = o->knot[0] + at * o->knot[1] * c + o->knot[3] * at * s * at * s;
+        lflare__traced_ray_make(&o->tracer, lflare__shares[o->channel], tries == 0 || tries == 8, p->place[0], p->place[1], &p->ray);
+        if (tries == 0 && !p->ray.arrives) last = 9;
+        if (p->ray.arrives) near = at;
+        else far = at;
+        if (tries < 8 && last > 1) at = tries < 7 ? 0.5f * (near + far) : near; /* the last is one that arrives */
     }
-    ray->relative = lflare__maxf(ray->relative, ray->arrives ? edge : 2);
+    if (last > 1) p->ray.relative = p->ray.arrives ? lflare__maxf(p->ray.relative, 1) : 2;
     return at;
 }
 
@@ -7746,36 +8012,40 @@ static float lflare__traced_last(const lflare__traced_view *o, float at, float a
 static void lflare__traced_vertex(const lflare__traced_view *o, const lflare__patch_shape *p, float at, int32_t direction, float side, lflare_patch_vertex *out)
 {
     const float *axis = p->light->axis, scale = p->style[3];
-    float angle = 3.14159265f * (float)direction / (float)o->directions, beside[4], local[2], place[2], entrance[2], shrink, spread, curved, chord, flat;
-    lflare__traced_ray ray;
+    float angle = 3.14159265f * (float)direction / (float)o->directions, c = cosf(angle), s = direction == 0 || direction == o->directions ? 0 : sinf(angle);
+    float beside[4], local[2], entrance[2], chord, flat;
+    lflare__traced_point v;
     int32_t k;
     lflare__outline_beside(o, direction, beside);
-    at = lflare__traced_last(o, at * beside[0] / (float)o->rings, angle, place, &ray);
-    if (direction == 0 || direction == o->directions) place[1] = 0;
-    shrink = lflare__traced_shrink(o, &ray, place[0], place[1], (float)o->rings, &spread, &curved);
-    chord = 3.14159265f / (float)o->directions * at * o->knot[1 + (fabsf(cosf(angle)) > 0.7f)];
-    spread = lflare__maxf(spread, 1e-20f);
-    flat = lflare__maxf(p->even, lflare__minf(lflare__maxf(2 - fabsf(shrink) / spread, 0), 1));
+    at = lflare__traced_last(o, at * beside[0] / (float)o->rings, c, s, &v);
+    lflare__traced_slopes(o, (float)o->rings, &v);
+    chord = 3.14159265f / (float)o->directions * at * o->knot[1 + (fabsf(c) > 0.7f)];
+    flat = lflare__maxf(p->even, lflare__minf(lflare__maxf(2 - fabsf(v.shrink) / v.spread, 0), 1));
     memset(out, 0, sizeof *out);
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
-        float flux = o->split && k != o->channel ? 0 : ray.weight[k] * p->gain * p->light->irradiance[k] * p->style[k];
-        out->irradiance[k] = flat < 1 ? (1 - flat) * flux / lflare__maxf(fabsf(shrink), spread) : 0;
+        float flux = o->split && k != o->channel ? 0 : v.ray.weight[k] * p->gain * p->light->irradiance[k] * p->style[k], stop[2], relative = v.ray.relative;
+        memcpy(stop, v.ray.stop, sizeof stop);
+        if (!o->split && k != o->channel) {
+            lflare__traced_match(o, &v, k, stop, &relative);
+            flux *= o->knot[12 + k / 2];
+        }
+        out->irradiance[k] = flat < 1 ? (1 - flat) * flux / lflare__maxf(fabsf(v.shrink), v.spread) : 0;
         out->flux[k] = flat * flux * scale * scale;
-        lflare__turn(axis, ray.stop[0], side * ray.stop[1], out->iris[k]);
-        out->rim[k] = ray.relative;
+        lflare__turn(axis, stop[0], side * stop[1], out->iris[k]);
+        out->rim[k] = relative;
     }
-    entrance[0] = place[0] - p->entrance;
-    entrance[1] = side * place[1];
+    entrance[0] = v.place[0] - p->entrance;
+    entrance[1] = side * v.place[1];
     lflare__turn(axis, entrance[0], entrance[1], out->entrance);
-    local[0] = p->middle + scale * (ray.sensor[0] - p->middle) + p->grown * entrance[0];
-    local[1] = scale * side * ray.sensor[1] + p->grown * entrance[1];
+    local[0] = p->middle + scale * (v.ray.sensor[0] - p->middle) + p->grown * entrance[0];
+    local[1] = scale * side * v.ray.sensor[1] + p->grown * entrance[1];
     lflare__turn(axis, local[0], local[1], out->position);
     for (k = 0; k < 2; k++) out->position[k] += p->shift[k];
     out->rim_soft = lflare__patch_soft(p, beside[3]);
-    out->rim_ring = lflare__patch_ring(p, shrink, beside[3]);
-    out->iris_ring = lflare__patch_ring(p, shrink, o->knot[4]);
+    out->rim_ring = lflare__patch_ring(p, v.shrink, beside[3]);
+    out->iris_ring = lflare__patch_ring(p, v.shrink, o->knot[4]);
     out->turn = side > 0 ? (float)direction : (float)(2 * o->directions - direction);
-    out->bulge = lflare__minf(lflare__maxf(0.125f * chord * chord * curved, 0), 0.05f);
+    out->bulge = lflare__minf(lflare__maxf(0.125f * chord * chord * v.curved, 0), 0.05f);
 }
 
 /* See lflare__patch_band. Outlines are interpolated, and so not exact: a share more on either side. */
@@ -7796,10 +8066,10 @@ static void lflare__traced_band(const lflare__traced_view *o, const lflare__patc
 static int32_t lflare__traced_resolve(const lflare_tables *t, const lflare_frame_data *f, lflare_instance instance, lflare_patch *out)
 {
     const lflare_frame_light *l = &f->lights[instance.light];
-    int32_t index = instance.patch, sectors, blocks, block, i, k;
+    int32_t index, sectors, blocks, block, i, k;
     lflare__traced_view o;
     lflare__patch_shape p;
-    if (!lflare__traced_view_make(t, instance.ghost, l, &index, &o)) return 0;
+    if (!lflare__traced_view_make(t, instance, l, &index, &o)) return 0;
     sectors = o.directions / 4;
     blocks = o.rings / 4;
     block = index / sectors;
@@ -9499,7 +9769,7 @@ static const char *const lflare__glsl_traced_vert[] = {
     "uniform highp usampler2D u_visibility;\n"
     "invariant gl_Position;\n"
     "in uvec4 a_instance;\n"
-    "const int DIRECTIONS = 9, RINGS = 5, BANDS = 3, ROW = 1024, SURFACE = 132, GHOST = 729, OUTLINE = 242, KNOTS = 12, KNOT = 20, SIDES = 17;\n"
+    "const int DIRECTIONS = 9, RINGS = 5, BANDS = 3, ROW = 1024, SURFACE = 131, GHOST = 762, OUTLINE = 253, KNOTS = 12, KNOT = 21, SIDES = 17;\n"
     "const float PIXEL_VARIANCE = 0.715 * 0.715 / 5.0, PI = 3.14159265;\n"
     "centroid out vec3 v_irradiance, v_flux;\n"
     "centroid out float v_most;\n"
@@ -9511,117 +9781,155 @@ static const char *const lflare__glsl_traced_vert[] = {
     "#endif\n"
     "vec4 lens(int i) { return texelFetch(u_traced_lens, ivec2(i % ROW, i / ROW), 0); }\n"
     "vec4 ghosts(int i) { return texelFetch(u_traced_ghosts, ivec2(i % ROW, i / ROW), 0); }\n"
-    "int g_surfaces, g_stop, g_channel;\n"
-    "ivec2 g_pair;\n"
-    "float g_sensor_z, g_slope;\n"
-    "struct Ray {\n"
-    "vec3 p, d;\n"
-    "vec2 stop, sensor;\n"
-    "float relative;\n"
-    "vec3 weight;\n"
-    "bool arrives;\n"
+    "int g_steps, g_count;\n"
+    "float g_sensor, g_slope;\n"
+    "mat4 g_shares;\n"
+    "struct Rays {\n"
+    "vec4 x, y, z, dx, dy, dz, stop_x, stop_y, sensor_x, sensor_y, relative;\n"
+    "bvec4 arrives;\n"
     "};\n"
     "float term(vec4 a, vec4 b, int j) { return j < 4 ? a[j] : b[j - 4]; }\n"
-    "bool meet(vec4 s, vec4 a, vec4 b, float way, inout Ray r, out vec3 normal)\n"
+    "bvec4 both(bvec4 a, bvec4 b) { return bvec4(a.x && b.x, a.y && b.y, a.z && b.z, a.w && b.w); }\n"
+    "void meet(vec4 s, int surface, float way, bool bent, inout Rays r, out vec4 nx, out vec4 ny, out vec4 nz)\n"
     "{\n"
     "float c = s.y, k = s.w;\n"
-    "bool polynomial = a != vec4(0.0) || b != vec4(0.0);\n"
-    "normal = vec3(0.0);\n"
-    "r.p = vec3(r.p.xy - r.p.z / r.d.z * r.d.xy, 0.0);\n"
-    "float u = c * (dot(r.d.xy, r.d.xy) + k * r.d.z * r.d.z), v = c * dot(r.p.xy, r.d.xy) - r.d.z, e = c * dot(r.p.xy, r.p.xy), root = v * v - u * e;\n"
-    "if (root < 0.0 && !polynomial) return false;\n"
-    "r.p += (root >= 0.0 ? e / (-v + way * sqrt(root)) : 0.0) * r.d;\n"
-    "normal = vec3(c, c, c * k * r.p.z - 1.0);\n"
-    "for (int pass = 0; pass < 6 && polynomial; pass++) {\n"
-    "float r2 = dot(r.p.xy, r.p.xy), inverse = 1.0 / (s.z * s.z), bent = 1.0 - k * c * c * r2, conic = sqrt(max(bent, 1e-6)), x = r2 * inverse, sag = 0.0, slope = 0.0;\n"
+    "vec4 t = r.z / r.dz;\n"
+    "r.x -= t * r.dx;\n"
+    "r.y -= t * r.dy;\n"
+    "vec4 u = c * (r.dx * r.dx + r.dy * r.dy + k * r.dz * r.dz), v = c * (r.x * r.dx + r.y * r.dy) - r.dz, e = c * (r.x * r.x + r.y * r.y), root = v * v - u * e;\n"
+    "bvec4 meets = greaterThanEqual(root, vec4(0.0));\n"
+    "t = e / (way * sqrt(max(root, 0.0)) - v);\n"
+    "if (bent) t = mix(vec4(0.0), t, meets);\n"
+    "else r.arrives = both(r.arrives, meets);\n"
+    "r.x += t * r.dx;\n"
+    "r.y += t * r.dy;\n"
+    "r.z = t * r.dz;\n"
+    "nx = ny = vec4(c);\n"
+    "nz = c * k * r.z - 1.0;\n"
+    "if (bent) {\n"
+    "vec4 a = lens(surface * SURFACE + 1), b = lens(surface * SURFACE + 2);\n"
+    "float inverse = 1.0 / (s.z * s.z);\n"
+    "for (int pass = 0; pass < 6; pass++) {\n"
+    "vec4 r2 = r.x * r.x + r.y * r.y, left = 1.0 - k * c * c * r2, conic = sqrt(max(left, 1e-6)), at = r2 * inverse, sag = vec4(0.0), slope = vec4(0.0);\n"
     "for (int j = 7; j >= 0; j--) {\n"
-    "slope = slope * x + sag;\n"
-    "sag = sag * x + term(a, b, j);\n"
+    "slope = slope * at + sag;\n"
+    "sag = sag * at + term(a, b, j);\n"
     "}\n"
-    "slope = slope * x + sag;\n"
-    "sag = sag * x + c * r2 / (1.0 + conic);\n"
-    "normal = vec3(vec2(c / conic + 2.0 * slope * inverse), -1.0);\n"
-    "if (bent < 0.0) return false;\n"
-    "r.p += (sag - r.p.z) / (r.d.z - normal.x * dot(r.p.xy, r.d.xy)) * r.d;\n"
+    "slope = slope * at + sag;\n"
+    "sag = sag * at + c * r2 / (1.0 + conic);\n"
+    "nx = c / conic + 2.0 * slope * inverse;\n"
+    "r.arrives = both(r.arrives, greaterThanEqual(left, vec4(0.0)));\n"
+    "t = (sag - r.z) / (r.dz - nx * (r.x * r.dx + r.y * r.dy));\n"
+    "r.x += t * r.dx;\n"
+    "r.y += t * r.dy;\n"
+    "r.z += t * r.dz;\n"
     "}\n"
-    "if (!(normal.z < 0.0)) return false;\n"
-    "normal = normalize(vec3(normal.xy * r.p.xy, normal.z));\n"
-    "return true;\n"
+    "ny = nx;\n"
+    "nz = vec4(-1.0);\n"
     "}\n"
-    "bool go_on(int film, float before, float after, bool reflected, vec3 normal, bool weigh, inout Ray r)\n"
+    "r.arrives = both(r.arrives, lessThan(nz, vec4(0.0)));\n"
+    "nx *= r.x;\n"
+    "ny *= r.y;\n"
+    "if (k != 1.0 || bent) {\n"
+    "t = inversesqrt(nx * nx + ny * ny + nz * nz);\n"
+    "nx *= t;\n"
+    "ny *= t;\n"
+    "nz *= t;\n"
+    "}\n"
+    "}\n"
+    "void go_on(vec4 eta, bool reflected, float way, vec4 nx, vec4 ny, vec4 nz, inout Rays r, out float film_at)\n"
     "{\n"
-    "float along = dot(r.d, normal), cosine = abs(along), eta = before / after, beyond = 1.0 - eta * eta * (1.0 - cosine * cosine);\n"
-    "if (weigh) {\n"
-    "float at = 127.0 * (before > after ? sqrt(max(beyond, 0.0)) : cosine);\n"
-    "int i = int(clamp(at, 0.0, 126.0));\n"
-    "vec3 share = mix(lens(film + i).rgb, lens(film + i + 1).rgb, at - float(i));\n"
-    "r.weight *= reflected ? share : vec3(1.0) - share;\n"
-    "}\n"
-    "if (reflected) {\n"
-    "r.d -= 2.0 * along * normal;\n"
-    "return true;\n"
-    "}\n"
-    "if (beyond < 0.0) return false;\n"
-    "r.d = eta * r.d + ((along < 0.0 ? -sqrt(beyond) : sqrt(beyond)) - eta * along) * normal;\n"
-    "return true;\n"
-    "}\n"
-    "Ray trace(vec2 entrance, bool weigh)\n"
-    "{\n"
-    "float norm = inversesqrt(1.0 + g_slope * g_slope), way = 1.0, z = 0.0, medium = 1.0;\n"
-    "int i = 0, turns = 0;\n"
+    "vec4 along = r.dx * nx + r.dy * ny + r.dz * nz, beyond = 1.0 - eta * eta * (1.0 - along * along);\n"
+    "film_at = eta.x > 1.0 ? sqrt(max(beyond.x, 0.0)) : abs(along.x);\n"
+    "vec4 kept = vec4(1.0), more = -2.0 * along;\n"
+    "if (!reflected) {\n"
+    "r.arrives = both(r.arrives, greaterThanEqual(beyond, vec4(0.0)));\n"
+    "kept = eta;\n"
+    "more = -way * sqrt(max(beyond, 0.0)) - eta * along;\n"
     ,
-    "Ray r = Ray(vec3(entrance, 0.0), vec3(g_slope * norm, 0.0, norm), vec2(0.0), vec2(0.0), 0.0, vec3(1.0), false);\n"
-    "for (int step = 0; step < 384 && i < g_surfaces; step++) {\n"
-    "int at = 1 + i * SURFACE;\n"
-    "vec4 s = lens(at);\n"
-    "float before = medium, after = way > 0.0 ? lens(at + 3)[g_channel] : i > 0 ? lens(at + 3 - SURFACE)[g_channel] : 1.0;\n"
-    "bool reflected = (turns == 0 && i == g_pair.x) || (turns == 1 && i == g_pair.y);\n"
-    "vec3 normal;\n"
-    "r.p.z -= s.x - z;\n"
-    "z = s.x;\n"
-    "if (!(r.d.z * way > 0.0) || !meet(s, lens(at + 1), lens(at + 2), way, r, normal)) return r;\n"
-    "if (i == g_stop) {\n"
-    "r.stop = r.p.xy / u_lens.w;\n"
+    "}\n"
+    "r.dx = kept * r.dx + more * nx;\n"
+    "r.dy = kept * r.dy + more * ny;\n"
+    "r.dz = kept * r.dz + more * nz;\n"
+    "}\n"
+    "Rays rays_at(vec4 x, vec4 y)\n"
+    "{\n"
+    "float norm = inversesqrt(1.0 + g_slope * g_slope);\n"
+    "return Rays(x, y, vec4(0.0), vec4(g_slope * norm), vec4(0.0), vec4(norm), vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0), bvec4(true));\n"
+    "}\n"
+    "void pass_step(vec4 s, vec4 steps, int code, mat4 shares, inout Rays r, out float film_at)\n"
+    "{\n"
+    "float way = (code & 8) != 0 ? -1.0 : 1.0;\n"
+    "vec4 nx, ny, nz;\n"
+    "film_at = 1.0;\n"
+    "r.z -= s.x;\n"
+    "r.arrives = both(r.arrives, greaterThan(r.dz * way, vec4(0.0)));\n"
+    "meet(s, code / 16, way, (code & 4) != 0, r, nx, ny, nz);\n"
+    "if ((code & 2) != 0) {\n"
+    "r.stop_x = r.x / u_lens.w;\n"
+    "r.stop_y = r.y / u_lens.w;\n"
     "} else {\n"
-    "r.relative = max(r.relative, length(r.p.xy) / s.z);\n"
-    "if (!go_on(at + 4, before, after, reflected, normal, weigh, r)) return r;\n"
+    "r.relative = max(r.relative, sqrt(r.x * r.x + r.y * r.y) / s.z);\n"
+    "go_on(vec4(steps.xyz, 0.0) * shares, (code & 1) != 0, way, nx, ny, nz, r, film_at);\n"
     "}\n"
-    "if (reflected) {\n"
-    "way = -way;\n"
-    "turns++;\n"
-    "} else {\n"
-    "medium = after;\n"
     "}\n"
-    "i += way > 0.0 ? 1 : -1;\n"
+    "void land(inout Rays r)\n"
+    "{\n"
+    "vec4 t = (g_sensor - r.z) / r.dz;\n"
+    "r.sensor_x = r.x + t * r.dx;\n"
+    "r.sensor_y = r.y + t * r.dy;\n"
+    "vec4 sum = r.sensor_x + r.sensor_y + r.relative;\n"
+    "r.arrives = both(both(r.arrives, greaterThan(r.dz, vec4(0.0))), equal(sum, sum));\n"
     "}\n"
-    "if (!(r.d.z > 0.0)) return r;\n"
-    "r.sensor = r.p.xy + r.d.xy / r.d.z * (g_sensor_z - z - r.p.z);\n"
-    "r.arrives = r.sensor == r.sensor && r.relative == r.relative;\n"
-    "return r;\n"
+    "vec3 trace(inout Rays own, inout Rays near)\n"
+    "{\n"
+    "vec3 weight = vec3(1.0);\n"
+    "mat4 alike = mat4(g_shares[0], g_shares[0], g_shares[0], g_shares[0]);\n"
+    "for (int i = 0; i < g_count; i++) {\n"
+    "vec4 s = ghosts(g_steps + 2 * i), steps = ghosts(g_steps + 2 * i + 1);\n"
+    "int code = int(steps.w);\n"
+    "float film_at, unused;\n"
+    "pass_step(s, steps, code, g_shares, own, film_at);\n"
+    "pass_step(s, steps, code, alike, near, unused);\n"
+    "if ((code & 2) == 0) {\n"
+    "float at = 127.0 * film_at;\n"
+    "int first = int(clamp(at, 0.0, 126.0)), row = code / 16 * SURFACE + 3 + first;\n"
+    "vec3 share = mix(lens(row).rgb, lens(row + 1).rgb, at - float(first));\n"
+    "weight *= (code & 1) != 0 ? share : vec3(1.0) - share;\n"
+    "}\n"
+    "}\n"
+    "land(own);\n"
+    "land(near);\n"
+    "return weight;\n"
+    "}\n"
+    "bool arrives_at(vec2 place)\n"
+    "{\n"
+    "Rays r = rays_at(vec4(place.x), vec4(place.y));\n"
+    "float unused;\n"
+    "for (int i = 0; i < g_count && r.arrives.x; i++) {\n"
+    "vec4 steps = ghosts(g_steps + 2 * i + 1);\n"
+    "pass_step(ghosts(g_steps + 2 * i), steps, int(steps.w), g_shares, r, unused);\n"
+    "}\n"
+    "land(r);\n"
+    "return r.arrives.x;\n"
     "}\n"
     "int g_knot;\n"
     "float g_between;\n"
     "vec4 knot(int i) { return mix(ghosts(g_knot + i), ghosts(g_knot + KNOT + i), g_between); }\n"
-    "Ray last_ray(float at, float angle, vec4 shape, out vec2 place, out float reached)\n"
+    "vec2 place_at(float at, vec2 toward, vec4 shape)\n"
     "{\n"
-    "float near = 0.0, far = at, edge = 0.0, c = cos(angle), s = sin(angle);\n"
-    "Ray r;\n"
-    "for (int tries = 0; tries < 9; tries++) {\n"
-    "place.y = at * shape.z * s;\n"
-    "place.x = shape.x + at * shape.y * c + shape.w * at * s * at * s;\n"
-    "r = trace(place, true);\n"
-    "if (r.arrives) {\n"
-    "if (tries == 0 || tries == 8) break;\n"
-    "near = at;\n"
-    "} else {\n"
-    "far = at;\n"
-    "edge = 1.0;\n"
+    "vec2 p = at * shape.yz * toward;\n"
+    "return vec2(shape.x + p.x + shape.w * at * toward.y * at * toward.y, p.y);\n"
     "}\n"
-    "at = tries < 7 ? 0.5 * (near + far) : near;\n"
+    "float last_at(float at, vec2 toward, vec4 shape)\n"
+    "{\n"
+    "float near = 0.0, far = at;\n"
+    "for (int tries = 1; tries < 8; tries++) {\n"
+    "at = 0.5 * (near + far);\n"
+    "if (arrives_at(place_at(at, toward, shape))) near = at;\n"
+    "else far = at;\n"
     "}\n"
-    "r.relative = max(r.relative, r.arrives ? edge : 2.0);\n"
-    "reached = at;\n"
-    "return r;\n"
+    "return near;\n"
     "}\n"
     "float g_lamp;\n"
     "float soft(float lamp)\n"
@@ -9635,11 +9943,12 @@ static const char *const lflare__glsl_traced_vert[] = {
     "}\n"
     "void main()\n"
     "{\n"
-    "int ghost = int(a_instance.x) * GHOST, light = int(a_instance.y) * 4, patch_index = int(a_instance.z), mesh = 0;\n"
+    ,
+    "int ghost = int(a_instance.x) * GHOST, light = int(a_instance.y) * 4, patch_index = int(a_instance.z);\n"
     "vec4 style0 = ghosts(ghost + 1), style1 = ghosts(ghost + 2), l0 = u_lights[light], l1 = u_lights[light + 1], l2 = u_lights[light + 2];\n"
     "vec2 slope = l0.xy, axis = l0.zw;\n"
     "vec3 irradiance = l2.yzw * u_strip.y;\n"
-    "int place = int(u_lights[light + 3].x), outline = ghost + 3;\n"
+    "int place = int(u_lights[light + 3].x), first = int(a_instance.w), outline = ghost + 3 + OUTLINE;\n"
     "gl_Position = vec4(2.0, 2.0, 0.0, 1.0);\n"
     "v_irradiance = v_flux = vec3(0.0);\n"
     "v_entrance = vec2(0.0);\n"
@@ -9650,39 +9959,31 @@ static const char *const lflare__glsl_traced_vert[] = {
     "v_bulge = vec4(0.0);\n"
     "#endif\n"
     "if (place < int(u_strip.x)) irradiance *= uintBitsToFloat(texelFetch(u_visibility, ivec2(place, 0), 0).r);\n"
-    "vec4 h0 = ghosts(outline), h1 = ghosts(outline + 1);\n"
-    "bool split_mesh = h0.w > 0.0;\n"
-    "for (; mesh < 2; mesh++) {\n"
-    "int patches = h0.z > 0.0 ? int(h0.x / 4.0) * int(h0.y / 4.0) : 0;\n"
-    "if (patch_index < patches) break;\n"
-    "patch_index -= patches;\n"
-    "outline += OUTLINE;\n"
-    "h0 = ghosts(outline);\n"
-    "h1 = ghosts(outline + 1);\n"
-    "}\n"
-    ,
-    "int directions = int(h0.x), rings = int(h0.y), sectors = max(directions / 4, 1), blocks = rings / 4, block = patch_index / sectors;\n"
-    "bool ragged = h1.x > 0.0;\n"
+    "int code = int(ghosts(outline + 1 + first * KNOT + 2).w), rings = code & 63, directions = (code & 64) != 0 ? 32 : 16;\n"
+    "bool split_mesh = (code & 128) != 0;\n"
+    "int sectors = directions / 4, blocks = rings / 4, mesh = split_mesh ? patch_index / (sectors * blocks) : 1, block = patch_index / sectors % blocks;\n"
+    "if (split_mesh) outline = ghost + 3 + mesh * OUTLINE;\n"
+    "vec4 h = ghosts(outline);\n"
+    "bool ragged = h.y > 0.0;\n"
     "#ifdef PATCH_STRIP\n"
     "bool drawn = ragged || block == blocks - 1;\n"
     "#else\n"
     "bool drawn = !ragged;\n"
     "#endif\n"
-    "if (!(l1.y < h0.z) || !drawn || !(irradiance.x + irradiance.y + irradiance.z > 0.0)) return;\n"
-    "vec4 pair = ghosts(ghost), head = lens(0);\n"
-    "g_surfaces = int(head.x);\n"
-    "g_stop = int(head.y);\n"
-    "g_sensor_z = head.z;\n"
-    "g_pair = ivec2(pair.xy);\n"
+    "if (!(l1.y < h.x) || !drawn || !(irradiance.x + irradiance.y + irradiance.z > 0.0)) return;\n"
+    "vec4 path = ghosts(ghost);\n"
+    "g_steps = int(path.x);\n"
+    "g_count = int(path.y);\n"
+    "g_sensor = path.z;\n"
     "g_slope = l1.x;\n"
-    "g_channel = split_mesh ? mesh : 1;\n"
     "g_lamp = l1.z * style0.w;\n"
-    "float at = (1.0 - sqrt(max(1.0 - l1.y / h0.z, 0.0))) * float(KNOTS - 1), scale = style0.w;\n"
-    "int first = int(min(at, float(KNOTS - 2)));\n"
+    "vec4 lead = vec4(equal(ivec4(mesh), ivec4(0, 1, 2, 3)));\n"
+    "g_shares = split_mesh ? mat4(lead, lead, lead, lead) : mat4(vec4(0.0, 1.0, 0.0, 0.0), vec4(1.0, 0.0, 0.0, 0.0), vec4(0.0, 0.0, 1.0, 0.0), vec4(0.0, 1.0, 0.0, 0.0));\n"
+    "float at = (1.0 - sqrt(max(1.0 - l1.y / h.x, 0.0))) * float(KNOTS - 1), scale = style0.w;\n"
     "g_between = at - float(first);\n"
-    "g_knot = outline + 2 + first * KNOT;\n"
-    "vec4 shape = knot(0), whole = knot(1), bounds = knot(2);\n"
-    "float lamp = whole.x * l1.z, entrance = max(whole.z, 1e-6), wide = min(h1.y / entrance, 0.5 * u_half.x);\n"
+    "g_knot = outline + 1 + first * KNOT;\n"
+    "vec4 shape = knot(0), whole = knot(1), bounds = knot(2), brighter = knot(3);\n"
+    "float lamp = whole.x * l1.z, entrance = max(whole.z, 1e-6), wide = min(h.z / entrance, 0.5 * u_half.x);\n"
     "float least = sqrt(2.25 * u_lens.x * u_lens.x + wide * wide + lamp * lamp);\n"
     "float grown = (whole.w < 0.0 ? -scale : scale) * max(least - whole.y, 0.0) / entrance;\n"
     "float even = clamp(2.0 - scale * whole.y / max(4.0 * u_lens.x, scale * least), 0.0, 1.0);\n"
@@ -9695,8 +9996,9 @@ static const char *const lflare__glsl_traced_vert[] = {
     "float side = direction > directions ? -1.0 : 1.0, turn = float(direction);\n"
     "if (direction > directions) direction = 2 * directions - direction;\n"
     "float beside_at = float(direction) * float(SIDES - 1) / float(directions);\n"
+    ,
     "int beside_first = int(min(beside_at, float(SIDES - 2)));\n"
-    "vec4 beside = mix(knot(3 + beside_first), knot(4 + beside_first), beside_at - float(beside_first));\n"
+    "vec4 beside = mix(knot(4 + beside_first), knot(5 + beside_first), beside_at - float(beside_first));\n"
     "float about = whole.y / entrance, iris_soft = soft(whole.x), widest = sqrt(u_spectrum.x / u_spectrum.y);\n"
     "float inverse = 1.1 / max(scale * beside.z + abs(grown) * whole.z, 1.5 * u_lens.x);\n"
     "vec4 width = vec4(iris_soft, soft(beside.w), widest * fringe(about * about, whole.x, scale), widest * fringe(about * about, beside.w, scale)) * inverse;\n"
@@ -9713,38 +10015,53 @@ static const char *const lflare__glsl_traced_vert[] = {
     "#else\n"
     "at = min(float(block * (RINGS - 1) + row), begin);\n"
     "#endif\n"
-    ,
-    "float angle = PI * float(direction) / float(directions), reached;\n"
-    "vec2 ray_at;\n"
-    "Ray ray = last_ray(at * beside.x / float(rings), angle, shape, ray_at, reached);\n"
-    "if (direction == 0 || direction == directions) ray_at.y = 0.0;\n"
-    "vec2 h = 0.3 * shape.yz / float(rings);\n"
-    "float curved = 0.0;\n"
-    "vec4 slopes[2];\n"
-    "bool whole_ray = ray.arrives;\n"
-    "for (int i = 0; i < 2; i++) {\n"
-    "vec2 way = i == 0 ? -h : h;\n"
-    "Ray x = trace(ray_at + vec2(way.x, 0.0), false), y = trace(ray_at + vec2(0.0, way.y), false);\n"
-    "whole_ray = whole_ray && x.arrives && y.arrives;\n"
-    "slopes[i] = vec4((x.sensor - ray.sensor) / way.x, (y.sensor - ray.sensor) / way.y);\n"
-    "curved += (x.relative - ray.relative) / (h.x * h.x) + (y.relative - ray.relative) / (h.y * h.y);\n"
+    "float angle = PI * float(direction) / float(directions), edge = 0.0;\n"
+    "vec2 toward = vec2(cos(angle), direction == 0 || direction == directions ? 0.0 : sin(angle)), h2 = 0.3 * shape.yz / float(rings), ray_at;\n"
+    "vec4 ways = vec4(-h2.x, h2.x, -h2.y, h2.y);\n"
+    "vec3 weight;\n"
+    "Rays own, near;\n"
+    "at *= beside.x / float(rings);\n"
+    "for (int pass = 0; pass < 2; pass++) {\n"
+    "ray_at = place_at(at, toward, shape);\n"
+    "own = rays_at(vec4(ray_at.x), vec4(ray_at.y));\n"
+    "near = rays_at(ray_at.x + vec4(ways.xy, 0.0, 0.0), ray_at.y + vec4(0.0, 0.0, ways.zw));\n"
+    "weight = trace(own, near);\n"
+    "if (own.arrives.x || pass == 1) break;\n"
+    "at = last_at(at, toward, shape);\n"
+    "edge = 1.0;\n"
     "}\n"
-    "vec4 middle = 0.5 * (slopes[0] + slopes[1]);\n"
-    "vec2 shrinks = vec2(slopes[0].x * slopes[0].w - slopes[0].y * slopes[0].z, slopes[1].x * slopes[1].w - slopes[1].y * slopes[1].z);\n"
-    "float shrink = whole_ray ? middle.x * middle.w - middle.y * middle.z : 0.0, spread = max(whole_ray ? abs(shrinks.y - shrinks.x) / 0.3 : 1e30, 1e-20);\n"
-    "float flat_share = max(even, clamp(2.0 - abs(shrink) / spread, 0.0, 1.0)), chord = PI / float(directions) * reached * (abs(cos(angle)) > 0.7 ? shape.z : shape.y);\n"
-    "vec3 flux = (split_mesh ? vec3(equal(ivec3(0, 1, 2), ivec3(mesh))) : vec3(1.0)) * ray.weight * irradiance * style0.rgb;\n"
+    "own.relative.x = own.arrives.x ? max(own.relative.x, edge) : 2.0;\n"
+    "bool whole_ray = own.arrives.x && all(near.arrives);\n"
+    "vec4 sx = (near.sensor_x - own.sensor_x.x) / ways, sy = (near.sensor_y - own.sensor_y.x) / ways, more = (near.relative - own.relative.x) / (ways * ways);\n"
+    "float curved = more.x + more.y + more.z + more.w;\n"
+    "vec4 middle = 0.5 * vec4(sx.x + sx.y, sy.x + sy.y, sx.z + sx.w, sy.z + sy.w);\n"
+    "vec2 shrinks = vec2(sx.x * sy.z - sy.x * sx.z, sx.y * sy.w - sy.y * sx.w);\n"
+    "float shrink = whole_ray ? middle.x * middle.w - middle.y * middle.z : 0.0, spread = whole_ray ? max(abs(shrinks.y - shrinks.x) / 0.3, 1e-20) : 1e30;\n"
+    "float flat_share = max(even, clamp(2.0 - abs(shrink) / spread, 0.0, 1.0)), chord = PI / float(directions) * at * (abs(toward.x) > 0.7 ? shape.z : shape.y);\n"
+    "if (!split_mesh) weight.rb *= brighter.xy;\n"
+    "vec3 flux = (split_mesh ? vec3(equal(ivec3(0, 1, 2), ivec3(mesh))) : vec3(1.0)) * weight * irradiance * style0.rgb;\n"
     "if (flat_share < 1.0) v_irradiance = (1.0 - flat_share) * flux / max(abs(shrink), spread);\n"
     "v_flux = flat_share * flux * scale * scale;\n"
     "v_most = 8.0 / ((whole_ray ? spread : max(about * about, 1e-20)) * scale * scale);\n"
     "float centre = bounds.z;\n"
-    "vec2 in_at = vec2(ray_at.x - shape.x, side * ray_at.y), local = vec2(centre + scale * (ray.sensor.x - centre), scale * side * ray.sensor.y) + grown * in_at;\n"
+    ,
+    "vec2 in_at = vec2(ray_at.x - shape.x, side * ray_at.y), local = vec2(centre + scale * (own.sensor_x.x - centre), scale * side * own.sensor_y.x) + grown * in_at;\n"
     "v_entrance = vec2(in_at.x * axis.x - in_at.y * axis.y, in_at.x * axis.y + in_at.y * axis.x);\n"
     "#ifdef PATCH_RIM\n"
-    "vec2 iris = mat2(axis.x, axis.y, -axis.y * side, axis.x * side) * ray.stop;\n"
-    "v_iris01 = vec4(iris, iris);\n"
-    "v_iris2 = vec4(iris, soft(beside.w) / u_lens.x, iris_soft / u_lens.x);\n"
-    "v_rim = vec3(ray.relative);\n"
+    "vec4 off_x = own.sensor_x.x - own.sensor_x, off_y = own.sensor_y.x - own.sensor_y;\n"
+    "bvec4 matched = bvec4(!split_mesh && whole_ray && abs(shrink) > 1e-20);\n"
+    "matched = both(matched, own.arrives);\n"
+    "vec4 move_x = clamp(mix(vec4(0.0), (off_x * middle.w - off_y * middle.z) / shrink, matched), -0.5 * shape.y, 0.5 * shape.y);\n"
+    "vec4 move_y = clamp(mix(vec4(0.0), (off_y * middle.x - off_x * middle.y) / shrink, matched), -0.5 * shape.z, 0.5 * shape.z);\n"
+    "vec4 slopes_x = vec4(near.stop_x.y - near.stop_x.x, near.stop_y.y - near.stop_y.x, near.relative.y - near.relative.x, 0.0) / (2.0 * h2.x);\n"
+    "vec4 slopes_y = vec4(near.stop_x.w - near.stop_x.z, near.stop_y.w - near.stop_y.z, near.relative.w - near.relative.z, 0.0) / (2.0 * h2.y);\n"
+    "vec4 stop_x = mix(own.stop_x.xxxx, own.stop_x, matched) + slopes_x.x * move_x + slopes_y.x * move_y;\n"
+    "vec4 stop_y = mix(own.stop_y.xxxx, own.stop_y, matched) + slopes_x.y * move_x + slopes_y.y * move_y;\n"
+    "vec4 rims = max(mix(own.relative.xxxx, own.relative, matched) + slopes_x.z * move_x + slopes_y.z * move_y, 0.0);\n"
+    "mat2 to_sensor = mat2(axis.x, axis.y, -axis.y * side, axis.x * side);\n"
+    "v_iris01 = vec4(to_sensor * vec2(stop_x.y, stop_y.y), to_sensor * vec2(stop_x.x, stop_y.x));\n"
+    "v_iris2 = vec4(to_sensor * vec2(stop_x.z, stop_y.z), soft(beside.w) / u_lens.x, iris_soft / u_lens.x);\n"
+    "v_rim = rims.yxz;\n"
     "v_bulge = vec4(turn, 4.0 * clamp(0.125 * chord * chord * curved, 0.0, 0.05), vec2(fringe(shrink, whole.x, scale), fringe(shrink, beside.w, scale)) / u_lens.x);\n"
     "#endif\n"
     "vec2 position = vec2(local.x * axis.x - local.y * axis.y, local.x * axis.y + local.y * axis.x);\n"
@@ -10135,47 +10452,56 @@ static lflare_result lflare__gl_upload_block(lflare_gl *o, lflare__gluint textur
     return LFLARE_OK;
 }
 
-enum { LFLARE__TRACED_SURFACE = LFLARE_SURFACE_FLOATS + 4 + 4 * LFLARE_FILM_SAMPLES, LFLARE__TRACED_GHOST = 4 + LFLARE_STYLE_FLOATS + LFLARE_OUTLINE_FLOATS };
+enum { LFLARE__TRACED_SURFACE = LFLARE_SURFACE_FLOATS + 4 * LFLARE_FILM_SAMPLES, LFLARE__TRACED_GHOST = 4 + LFLARE_STYLE_FLOATS + LFLARE_OUTLINE_FLOATS };
 
 static void lflare__gl_fill_lens(const lflare_tables *t, float *out)
 {
     int32_t i;
-    out[0] = (float)t->surface_count;
-    out[1] = (float)t->stop;
-    out[2] = t->sensor_z;
-    for (i = 0, out += 4; i < t->surface_count; i++, out += LFLARE__TRACED_SURFACE) {
+    for (i = 0; i < t->surface_count; i++, out += LFLARE__TRACED_SURFACE) {
         memcpy(out, t->surface + i * LFLARE_SURFACE_FLOATS, sizeof(float) * LFLARE_SURFACE_FLOATS);
-        memcpy(out + LFLARE_SURFACE_FLOATS, t->index + 4 * i, sizeof(float) * 4);
-        memcpy(out + LFLARE_SURFACE_FLOATS + 4, t->film + (size_t)i * LFLARE_FILM_SAMPLES * 4, sizeof(float) * 4 * LFLARE_FILM_SAMPLES);
+        memcpy(out + LFLARE_SURFACE_FLOATS, t->film + (size_t)i * LFLARE_FILM_SAMPLES * 4, sizeof(float) * 4 * LFLARE_FILM_SAMPLES);
     }
 }
 
+/* A ghost's steps, its style, its outlines; then the steps of all. */
 static void lflare__gl_fill_ghosts(const lflare_tables *t, float *out)
 {
-    int32_t g;
+    lflare__tracer tracer;
+    int32_t g, steps = 0;
     for (g = 0; g < t->ghost_count; g++, out += LFLARE__TRACED_GHOST) {
-        out[0] = (float)t->pairs[g].first;
-        out[1] = (float)t->pairs[g].second;
+        lflare__tracer_make(t, g, &tracer);
+        out[0] = (float)(t->ghost_count * (LFLARE__TRACED_GHOST / 4) + steps * (LFLARE_STEP_FLOATS / 4));
+        out[1] = (float)tracer.count;
+        out[2] = tracer.sensor;
+        steps += tracer.count;
         memcpy(out + 4, t->style + (size_t)g * LFLARE_STYLE_FLOATS, sizeof(float) * LFLARE_STYLE_FLOATS);
         memcpy(out + 4 + LFLARE_STYLE_FLOATS, t->outline + (size_t)g * LFLARE_OUTLINE_FLOATS, sizeof(float) * LFLARE_OUTLINE_FLOATS);
     }
+    memcpy(out, t->steps, sizeof(float) * LFLARE_STEP_FLOATS * (size_t)steps);
 }
 
-/* What the shader traces with; the ghosts' outlines with their style. */
+static size_t lflare__gl_ghost_texels(const lflare_tables *t)
+{
+    lflare_tables copy = *t;
+    size_t outlines = (size_t)t->ghost_count * LFLARE_OUTLINE_FLOATS;
+    return (size_t)t->ghost_count * (LFLARE__TRACED_GHOST / 4) + (lflare_tables_traced(&copy, NULL) - outlines) / 4;
+}
+
+/* What the shader traces with; the ghosts' outlines with their style and steps. */
 static lflare_result lflare__gl_upload_traced(lflare_gl *o, const lflare_tables *t)
 {
     uint64_t hash = t->settings_hash ^ t->mesh_hash;
     lflare_result result;
     if (!(o->uploaded & 32) || o->traced_lens_hash != t->lens_hash) {
         o->uploaded &= ~32;
-        result = lflare__gl_upload_block(o, o->textures[LFLARE__GL_TRACED_LENS], 1 + (size_t)t->surface_count * LFLARE__TRACED_SURFACE / 4, t, lflare__gl_fill_lens);
+        result = lflare__gl_upload_block(o, o->textures[LFLARE__GL_TRACED_LENS], (size_t)t->surface_count * LFLARE__TRACED_SURFACE / 4, t, lflare__gl_fill_lens);
         if (result != LFLARE_OK) return result;
         o->traced_lens_hash = t->lens_hash;
         o->uploaded |= 32;
     }
     if (!(o->uploaded & 64) || o->traced_hash != hash) {
         o->uploaded &= ~64;
-        result = lflare__gl_upload_block(o, o->textures[LFLARE__GL_TRACED_GHOSTS], (size_t)t->ghost_count * LFLARE__TRACED_GHOST / 4, t, lflare__gl_fill_ghosts);
+        result = lflare__gl_upload_block(o, o->textures[LFLARE__GL_TRACED_GHOSTS], lflare__gl_ghost_texels(t), t, lflare__gl_fill_ghosts);
         if (result != LFLARE_OK) return result;
         o->traced_hash = hash;
         o->uploaded |= 64;
@@ -10582,7 +10908,8 @@ struct lflare {
     lflare_realloc allocate;
     void *user;
     void *lens_memory, *settings_memory[2], *frame_memory;
-    float *outlines[2];        /* of the traced model, once it is asked for */
+    float *traced[2];          /* of the traced model, once it is asked for */
+    size_t traced_floats;
     lflare_tables_size size;
     size_t frame_bytes;
     lflare_tables tables[2];   /* sharing the lens part; `current` is shown, the other built */
@@ -10629,7 +10956,7 @@ LFLARE_API void lflare_destroy(lflare *o)
     lflare__release(o, o->settings_memory[1], o->size.settings);
     lflare__release(o, o->frame_memory, o->frame_bytes);
 #ifndef LFLARE_NO_TRACE
-    for (i = 0; i < 2; i++) lflare__release(o, o->outlines[i], sizeof(float) * LFLARE_OUTLINE_FLOATS * (size_t)o->lens.ghost_count);
+    for (i = 0; i < 2; i++) lflare__release(o, o->traced[i], sizeof(float) * o->traced_floats);
 #endif
     lflare__release(o, o->overrides, o->override_bytes);
     lflare__release(o, o->footprints, sizeof(lflare_footprint) * (size_t)o->footprint_capacity);
@@ -10878,22 +11205,25 @@ static lflare_result lflare__configure_failed(lflare *o, lflare_result result)
     lflare__release(o, o->overrides, o->override_bytes);
     o->overrides = NULL;
     o->override_bytes = 0;
-    lflare__release(o, o->outlines[!o->current], sizeof(float) * LFLARE_OUTLINE_FLOATS * (size_t)o->lens.ghost_count);
-    o->outlines[!o->current] = o->tables[!o->current].outline = NULL;
+    lflare__release(o, o->traced[!o->current], sizeof(float) * o->traced_floats);
+    o->traced[!o->current] = o->tables[!o->current].outline = NULL;
     return result;
 }
 
 #endif
 
 #ifndef LFLARE_NO_TRACE
-/* Room for the outlines of traced ghosts. */
-static lflare_result lflare__configure_outlines(lflare *o, const lflare_settings *s, lflare_error *error)
+/* Room for what the traced model needs. */
+static lflare_result lflare__configure_traced(lflare *o, const lflare_settings *s, lflare_error *error)
 {
-    float **outline = &o->outlines[!o->current];
+    float **memory = &o->traced[!o->current];
     if (s->model != LFLARE_MODEL_TRACED) return LFLARE_OK;
-    if (*outline == NULL) *outline = (float *)lflare__allocate(o, sizeof(float) * LFLARE_OUTLINE_FLOATS * (size_t)o->lens.ghost_count);
-    o->tables[!o->current].outline = *outline;
-    return *outline != NULL ? LFLARE_OK : lflare__fail(error, LFLARE_ERROR_MEMORY, 0, 0, "out of memory");
+    o->traced_floats = lflare_tables_traced(&o->tables[!o->current], NULL);
+    if (o->traced_floats > (size_t)1 << 26) return lflare__fail(error, LFLARE_ERROR_LIMIT, 0, 0, "too many ghosts to trace: %g floats", (double)o->traced_floats);
+    if (*memory == NULL) *memory = (float *)lflare__allocate(o, sizeof(float) * o->traced_floats);
+    if (*memory == NULL) return lflare__fail(error, LFLARE_ERROR_MEMORY, 0, 0, "out of memory");
+    lflare_tables_traced(&o->tables[!o->current], *memory);
+    return LFLARE_OK;
 }
 
 /* Room for the instances that the tables may ask of a frame. */
@@ -10934,7 +11264,7 @@ LFLARE_API lflare_result lflare_configure_begin(lflare *o, const lflare_settings
     }
     result = lflare__configure_iris(o, settings, error);
 #ifndef LFLARE_NO_TRACE
-    if (result == LFLARE_OK) result = lflare__configure_outlines(o, settings, error);
+    if (result == LFLARE_OK) result = lflare__configure_traced(o, settings, error);
 #endif
     if (result == LFLARE_OK) result = lflare_tables_configure_begin(&o->lens, &o->tables[!o->current], settings, error);
     if (result != LFLARE_OK) { /* what is being built stays as it is */
