@@ -265,7 +265,7 @@ enum {
     LFLARE_SURFACE_FLOATS = 12,
     LFLARE_OUTLINE_KNOTS = 12,   /* field angles at which traced ghosts' outlines are kept; */
     LFLARE_OUTLINE_SIDES = 17,   /* directions, over half a turn */
-    LFLARE_OUTLINE_FLOATS = LFLARE_WAVELENGTHS * (4 + LFLARE_OUTLINE_KNOTS * (16 + 4 * LFLARE_OUTLINE_SIDES)),
+    LFLARE_OUTLINE_FLOATS = LFLARE_WAVELENGTHS * (4 + LFLARE_OUTLINE_KNOTS * (20 + 4 * LFLARE_OUTLINE_SIDES)),
     LFLARE_STEP_FLOATS = 8,
     LFLARE_PATCH_DIRECTIONS = 9, /* vertices of a patch of a mesh: round its inside and its rim, */
     LFLARE_PATCH_RINGS = 5,      /* outwards in the inside, */
@@ -840,7 +840,7 @@ typedef struct lflare_tables {
     size_t mesh_texels;
     float *outline;         /* [ghost_count * LFLARE_OUTLINE_FLOATS]: where traced ghosts' rays pass; for that model: see lflare_tables_traced */
     float *steps;           /* a row of LFLARE_STEP_FLOATS for each surface that a traced ghost's rays meet, in order, ghost after ghost (the last of its
-                               head's floats counts them): way along the axis from the last vertex, mm; curvature, clear semi-diameter, 1 + conic
+                               head's floats counts them): way along the axis from the last vertex, mm; curvature, 1 / clear semi-diameter, 1 + conic
                                constant; index before over index behind at three wavelengths; 16 x the surface, + 1 reflects, 2 is the stop, 4 has
                                aspheric terms, 8 is met backwards */
     float *rank;            /* [ghost_count * 2]: peak flux; mean irradiance over the frame at the exposure's reference */
@@ -4623,7 +4623,9 @@ static void lflare__steps_make(const lflare_lens *lens, lflare_tables *t, int32_
             if (s[j] != 0) code |= LFLARE__STEP_BENT;
         row[0] = s[0] - z;
         z = s[0];
-        for (j = 1; j < 4; j++) row[j] = s[j];
+        row[1] = s[1];
+        row[2] = 1 / s[2];
+        row[3] = s[3];
         for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
             if (k > 0) lflare__walk_next(&walk[k], &at);
             row[4 + k] = (float)(at.n_in / at.n_out);
@@ -4688,7 +4690,7 @@ static int lflare__traced_meet(const float *s, const float *terms, float way, lf
     normal[0] = c;
     normal[2] = c * k * p[2] - 1;
     for (pass = 0; pass < 6 && terms != NULL; pass++) {
-        float r2 = p[0] * p[0] + p[1] * p[1], inverse = 1 / (s[2] * s[2]), bent = 1 - k * c * c * r2, conic = sqrtf(lflare__maxf(bent, 1e-6f));
+        float r2 = p[0] * p[0] + p[1] * p[1], inverse = s[2] * s[2], bent = 1 - k * c * c * r2, conic = sqrtf(lflare__maxf(bent, 1e-6f));
         float sag = c * r2 / (1 + conic) + lflare__traced_terms(terms, r2 * inverse, &slope);
         normal[0] = c / conic + 2 * slope * inverse;
         normal[2] = -1;
@@ -4732,7 +4734,7 @@ static const float lflare__shares[LFLARE_WAVELENGTHS][LFLARE_WAVELENGTHS] = {{1,
 static void lflare__traced_ray_make(const lflare__tracer *o, const float *shares, int weigh, float x, float y, lflare__traced_ray *ray)
 {
     const float *s = o->steps;
-    float norm = 1 / sqrtf(1 + o->slope * o->slope);
+    float norm = 1 / sqrtf(1 + o->slope * o->slope), widest = 0;
     int32_t j;
     memset(ray, 0, sizeof *ray);
     ray->p[0] = x;
@@ -4750,15 +4752,16 @@ static void lflare__traced_ray_make(const lflare__tracer *o, const float *shares
             for (j = 0; j < 2; j++) ray->stop[j] = ray->p[j] / o->t->iris.radius;
             continue;
         }
-        height = sqrtf(ray->p[0] * ray->p[0] + ray->p[1] * ray->p[1]) / s[2];
-        if (height > ray->relative) {
-            ray->relative = height;
+        height = (ray->p[0] * ray->p[0] + ray->p[1] * ray->p[1]) * s[2] * s[2];
+        if (height > widest) {
+            widest = height;
             ray->widest = ray->steps;
         }
         if (!lflare__traced_pass(weigh ? o->t->film + (size_t)surface * LFLARE_FILM_SAMPLES * 4 : NULL, s[4] * shares[0] + s[5] * shares[1] + s[6] * shares[2],
                                  code & LFLARE__STEP_REFLECTS, normal, ray)) return;
     }
     if (!(ray->d[2] > 0)) return;
+    ray->relative = sqrtf(widest);
     for (j = 0; j < 2; j++) ray->sensor[j] = ray->p[j] + ray->d[j] / ray->d[2] * (o->sensor - ray->p[2]);
     ray->arrives = lflare__finite((double)(ray->sensor[0] + ray->sensor[1] + ray->relative));
 }
@@ -6201,19 +6204,21 @@ static size_t lflare__mesh_layout(lflare_tables *t)
 /* -- outlines: where on the entrance the rays of a traced ghost pass, for the iris in force -- */
 
 /* tables.outline, a ghost: outlines of the three wavelengths, of which all but the middle one's are filled in only where meshes are split. Head:
-   field angle where hidden, 1 if ragged, radius that diffraction leaves times that of the bundle, 0. Then knots: x of the centre, half axes,
+   field angle where hidden, radius that diffraction leaves times that of the bundle, 0, 0. Then knots: x of the centre, half axes,
    how far the ends along y are bent along x; blur of the iris, mm on the sensor per radian of the lamp's size, radius on the sensor, on the
    entrance, 1 or -1 as the ghost stands; middle and radius of its bounds on the sensor, the centre's place there, for the middle wavelength
-   the mesh up to the next knot (see lflare__mesh_code); how much brighter the outer wavelengths' maps make them than the middle one's, 0, 0; and for
+   the mesh up to the next knot (see lflare__mesh_code); how much brighter the outer wavelengths' maps make them than the middle one's, 0, 0; if
+   what is open up to the next knot is ragged, the ellipse that holds it: x of its centre, half axes, 0; and for
    each direction how far out it is open to any wavelength, in half axes, where that is to all, as a share of it, mm on the sensor per half
    axis there, blur of what ends it. */
-enum { LFLARE__OUTLINE_HEAD = 4, LFLARE__OUTLINE_WHOLE = 16, LFLARE__OUTLINE_KNOT = LFLARE__OUTLINE_WHOLE + 4 * LFLARE_OUTLINE_SIDES, LFLARE__OUTLINE_ONE = LFLARE__OUTLINE_HEAD + LFLARE_OUTLINE_KNOTS * LFLARE__OUTLINE_KNOT };
+enum { LFLARE__OUTLINE_HEAD = 4, LFLARE__OUTLINE_WHOLE = 20, LFLARE__OUTLINE_KNOT = LFLARE__OUTLINE_WHOLE + 4 * LFLARE_OUTLINE_SIDES, LFLARE__OUTLINE_ONE = LFLARE__OUTLINE_HEAD + LFLARE_OUTLINE_KNOTS * LFLARE__OUTLINE_KNOT };
 
 /* How far, in pixels, rays of the outer wavelengths may land from where the first order says: beyond, wavelengths have meshes of their own. */
 #define LFLARE__OUTLINE_APART 1.0
 
-/* Rings, 64 for 32 directions over half a turn instead of 16, 128 if there is a mesh for each wavelength. */
-static int32_t lflare__mesh_code(int32_t level, int split) { return (4 << level) + (level < 2 ? 0 : 64) + (split ? 128 : 0); }
+/* Rings, 64 for 32 directions over half a turn instead of 16, 128 if there is a mesh for each wavelength, 256 if it is ragged: what is open is
+   in pieces, or hides some of itself from the centre, or jumps from knot to knot. */
+static int32_t lflare__mesh_code(int32_t level, int split, int ragged) { return (4 << level) + (level < 2 ? 0 : 64) + (split ? 128 : 0) + (ragged ? 256 : 0); }
 static int32_t lflare__code_rings(int32_t code) { return code & 63; }
 static int32_t lflare__code_directions(int32_t code) { return code & 64 ? 32 : 16; }
 static int32_t lflare__code_meshes(int32_t code) { return code & 128 ? LFLARE_WAVELENGTHS : 1; }
@@ -6229,10 +6234,10 @@ typedef struct lflare__outliner {
     int turned;                       /* the map turns over there */
 } lflare__outliner;
 
-/* The knot's mesh for the wavelength that leads, as searches found it. */
+/* What searches found at the middle wavelength. */
 typedef struct lflare__outline_plan {
-    double bounds[LFLARE_OUTLINE_KNOTS][3], apart[LFLARE_OUTLINE_KNOTS], curved[LFLARE_OUTLINE_KNOTS];
-    int open[LFLARE_OUTLINE_KNOTS], turned[LFLARE_OUTLINE_KNOTS];
+    double bounds[LFLARE_OUTLINE_KNOTS][3], width[LFLARE_OUTLINE_KNOTS], apart[LFLARE_OUTLINE_KNOTS], curved[LFLARE_OUTLINE_KNOTS];
+    int open[LFLARE_OUTLINE_KNOTS], hides[LFLARE_OUTLINE_KNOTS], turned[LFLARE_OUTLINE_KNOTS], split[LFLARE_OUTLINE_KNOTS]; /* split: up to the next */
 } lflare__outline_plan;
 
 static void lflare__outline_at(const lflare__outliner *o, double u, double v, double *x, double *y)
@@ -6267,7 +6272,7 @@ static double lflare__outline_extent(lflare__outliner *o, double u, double v, do
     for (i = 0; i < 24 && far - near > 2e-3 * far; i++) {
         double share = i % 3 == 2 ? 0.5 : lflare__clamp(open_near / (open_near - open_far), 0.02, 0.98), middle = near + share * (far - near);
         double open = 1 - lflare__outline_closed(o, o->find.lead, u + middle * du, v + middle * dv, &ray);
-        if (fabs(open) < 1e-4) return middle;
+        if (fabs(open) < 1e-3) return middle;
         if (open > 0) near = middle, open_near = open;
         else far = middle, open_far = open;
     }
@@ -6334,18 +6339,17 @@ static void lflare__outline_bounds(lflare__outliner *o, double *bounds)
         }
 }
 
-/* The ellipse of a ragged ghost: it holds what is open at the neighbouring knots too, between which outlines are interpolated. */
-static void lflare__outline_frame(lflare__outliner *o, const lflare__outline_plan *p, int32_t knot)
+/* The ellipse over what is open at two knots and, with a margin, between them. */
+static void lflare__outline_ellipse(lflare__outliner *o, const lflare__outline_plan *p, int32_t knot)
 {
     double lo = HUGE_VAL, hi = -HUGE_VAL, up = 0;
-    int32_t i, away = 1;
-    for (; away < LFLARE_OUTLINE_KNOTS && !(lo < hi); away++) /* farther ones if the nearest are shut */
-        for (i = knot - away; i <= knot + away; i++) {
-            if (i < 0 || i >= LFLARE_OUTLINE_KNOTS || !p->open[i]) continue;
-            lo = lflare__min(lo, p->bounds[i][0]);
-            hi = lflare__max(hi, p->bounds[i][1]);
-            up = lflare__max(up, p->bounds[i][2]);
-        }
+    int32_t i;
+    for (i = knot; i <= knot + 1; i++) {
+        if (!p->open[i]) continue;
+        lo = lflare__min(lo, p->bounds[i][0]);
+        hi = lflare__max(hi, p->bounds[i][1]);
+        up = lflare__max(up, p->bounds[i][2]);
+    }
     o->middle = 0.5 * (lo + hi);
     o->half[0] = 1.2 * 0.5 * (hi - lo);
     o->half[1] = 1.2 * up;
@@ -6366,31 +6370,36 @@ static int lflare__outline_slopes(lflare__outliner *o, int32_t k, double x, doub
     return 1;
 }
 
-/* How closed wavelength k is where the leading one's ray through (u, v) lands, to first order, as vertices do it; what is wrong with that
-   goes into o->apart. *brighter (may be NULL): the leading map's area over that of k there. */
-static double lflare__outline_match(lflare__outliner *o, int32_t k, double u, double v, const lflare__traced_ray *lead, double *brighter)
+/* How closed the other wavelengths are where the leading one's ray through (u, v) lands, to first order, as vertices do it: the most and the
+   least of them; what is wrong with that goes into o->apart. brighter (may be NULL): the leading map's area over theirs there. */
+static void lflare__outline_match(lflare__outliner *o, double u, double v, const lflare__traced_ray *lead, double *most, double *least, double *brighter)
 {
-    double x, y, slopes[4], own[4], det, off[2], closed;
-    lflare__traced_ray ray;
-    int32_t i;
-    lflare__outline_at(o, u, v, &x, &y);
-    lflare__traced_ray_make(&o->tracer, lflare__shares[k], 0, (float)x, (float)y, &ray);
-    det = lflare__outline_slopes(o, o->find.lead, x, y, lead, slopes) ? slopes[0] * slopes[3] - slopes[1] * slopes[2] : 0;
-    if (!ray.arrives || !(fabs(det) > 1e-12)) {
-        o->apart = HUGE_VAL;
-        return 1;
+    double at[2], slopes[4], own[4], det;
+    int32_t k, i;
+    lflare__outline_at(o, u, v, &at[0], &at[1]);
+    det = lflare__outline_slopes(o, o->find.lead, at[0], at[1], lead, slopes) ? slopes[0] * slopes[3] - slopes[1] * slopes[2] : 0;
+    *most = *least = 1;
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
+        double off[2], x, y, closed;
+        lflare__traced_ray ray;
+        if (k == o->find.lead) continue;
+        lflare__traced_ray_make(&o->tracer, lflare__shares[k], 0, (float)at[0], (float)at[1], &ray);
+        if (!ray.arrives || !(fabs(det) > 1e-12)) {
+            o->apart = HUGE_VAL;
+            return;
+        }
+        for (i = 0; i < 2; i++) off[i] = (double)(lead->sensor[i] - ray.sensor[i]);
+        x = at[0] + (off[0] * slopes[3] - off[1] * slopes[2]) / det;
+        y = at[1] + (off[1] * slopes[0] - off[0] * slopes[1]) / det;
+        closed = lflare__closed_floats(&o->find, k, x, y, o->slope, &ray);
+        if (hypot((double)lead->sensor[0], (double)lead->sensor[1]) < o->find.reach)
+            o->apart = lflare__max(o->apart, ray.arrives ? hypot((double)(ray.sensor[0] - lead->sensor[0]), (double)(ray.sensor[1] - lead->sensor[1])) / o->pixel : HUGE_VAL);
+        *most = lflare__max(*most, closed);
+        *least = lflare__min(*least, closed);
+        if (brighter == NULL || !ray.arrives || !lflare__outline_slopes(o, k, x, y, &ray, own)) continue;
+        brighter[k] = fabs(det) / lflare__max(fabs(own[0] * own[3] - own[1] * own[2]), 1e-12);
+        if (!(fabs(brighter[k] - 1) < 0.15)) o->apart = HUGE_VAL; /* next to focus: it differs from place to place */
     }
-    for (i = 0; i < 2; i++) off[i] = (double)(lead->sensor[i] - ray.sensor[i]);
-    x += (off[0] * slopes[3] - off[1] * slopes[2]) / det;
-    y += (off[1] * slopes[0] - off[0] * slopes[1]) / det;
-    closed = lflare__closed_floats(&o->find, k, x, y, o->slope, &ray);
-    if (hypot((double)lead->sensor[0], (double)lead->sensor[1]) < o->find.reach)
-        o->apart = lflare__max(o->apart, ray.arrives ? hypot((double)(ray.sensor[0] - lead->sensor[0]), (double)(ray.sensor[1] - lead->sensor[1])) / o->pixel : HUGE_VAL);
-    if (brighter != NULL && ray.arrives && lflare__outline_slopes(o, k, x, y, &ray, own)) {
-        double area = own[0] * own[3] - own[1] * own[2];
-        *brighter = lflare__clamp(fabs(det) / lflare__max(fabs(area), 1e-12), 0.5, 2);
-    }
-    return closed;
 }
 
 /* One direction: how far out the leading wavelength is open, and the others where they are matched to it. */
@@ -6398,16 +6407,14 @@ static void lflare__outline_side(lflare__outliner *o, double u, double v, double
 {
     double edge = lflare__outline_extent(o, 0, 0, u, v, 1), most = edge, least = edge;
     lflare__traced_ray lead, ray;
-    int32_t k;
     if (edge > 0 && o->matching) {
-        double rate = lflare__max((1 - lflare__outline_closed(o, o->find.lead, 0.9 * edge * u, 0.9 * edge * v, &ray)) / 0.1, 0.2);
-        lflare__outline_closed(o, o->find.lead, 0.995 * edge * u, 0.995 * edge * v, &lead);
-        for (k = 0; k < LFLARE_WAVELENGTHS && lead.arrives; k++) {
-            double there;
-            if (k == o->find.lead) continue;
-            there = edge * (0.995 + (1 - lflare__outline_match(o, k, 0.995 * edge * u, 0.995 * edge * v, &lead, NULL)) / rate);
-            most = lflare__max(most, there);
-            least = lflare__min(least, there);
+        double before = lflare__outline_closed(o, o->find.lead, 0.9 * edge * u, 0.9 * edge * v, &ray), there = lflare__outline_closed(o, o->find.lead, 0.995 * edge * u, 0.995 * edge * v, &lead);
+        double rate = lflare__max((there - before) / 0.095, 0.2);
+        if (lead.arrives) {
+            lflare__outline_match(o, 0.995 * edge * u, 0.995 * edge * v, &lead, &most, &least, NULL);
+            there = most; /* closed most is open least far */
+            most = edge * lflare__max(0.995 + (1 - least) / rate, 1);
+            least = edge * lflare__min(0.995 + (1 - there) / rate, 1);
         }
     }
     *outer = edge + 1.1 * (lflare__min(most, 1.5 * edge) - edge);
@@ -6470,7 +6477,7 @@ static double lflare__outline_sector(lflare__outliner *o, const double *centre, 
 
 static void lflare__outline_knot(lflare__outliner *o, float *out)
 {
-    double centre[2], last[2][2] = {{0, 0}, {0, 0}}, now[2][2], area = 0, entrance = 0, lo, hi, up = 0, first = 0, sign = 0, brighter = 1;
+    double centre[2], last[2][2] = {{0, 0}, {0, 0}}, now[2][2], area = 0, entrance = 0, lo, hi, up = 0, first = 0, sign = 0, most, least, brighter[LFLARE_WAVELENGTHS] = {1, 1, 1};
     lflare__traced_ray ray, half, edge;
     int32_t d, k;
     o->apart = o->curved = 0;
@@ -6484,8 +6491,7 @@ static void lflare__outline_knot(lflare__outliner *o, float *out)
         if (!o->ragged) lflare__outline_side(o, u, v, &outer, &inner);
         lflare__outline_ray(o, 0.5 * outer * u, 0.5 * outer * v, &half);
         lflare__outline_ray(o, outer * u, outer * v, &edge);
-        for (k = 0; k < LFLARE_WAVELENGTHS && o->matching && d % 4 == 0 && half.arrives; k++)
-            if (k != o->find.lead) lflare__outline_match(o, k, 0.5 * outer * u, 0.5 * outer * v, &half, NULL);
+        if (o->matching && d % 4 == 0 && half.arrives) lflare__outline_match(o, 0.5 * outer * u, 0.5 * outer * v, &half, &most, &least, NULL);
         for (k = 0; k < 2; k++) {
             now[0][k] = (double)half.sensor[k];
             now[1][k] = (double)edge.sensor[k];
@@ -6517,10 +6523,9 @@ static void lflare__outline_knot(lflare__outliner *o, float *out)
     out[8] = (float)(0.5 * (lo + hi));
     out[9] = (float)hypot(0.5 * (hi - lo), up);
     out[10] = (float)centre[0];
-    for (k = 0; k < LFLARE_WAVELENGTHS && o->matching; k += 2) {
-        if (ray.arrives) lflare__outline_match(o, k, 0, 0, &ray, &brighter);
-        out[12 + k / 2] = (float)brighter;
-    }
+    if (o->matching && ray.arrives) lflare__outline_match(o, 0, 0, &ray, &most, &least, brighter);
+    out[12] = (float)brighter[0];
+    out[13] = (float)brighter[2];
 }
 
 /* Blur of the image of each step's rim, mm on the sensor per radian of the lamp's size (P 3). */
@@ -6551,73 +6556,92 @@ static void lflare__outline_shut(float *knots, const int *open, const float *mid
     }
 }
 
-/* The middle wavelength's outline at all knots. 0: it is ragged, and o->ragged does not say so yet. */
-static int lflare__outline_middle(lflare__outliner *o, float hidden, float *knots, lflare__outline_plan *p)
+/* The middle wavelength's outline at all knots. */
+static void lflare__outline_middle(lflare__outliner *o, float hidden, float *knots, lflare__outline_plan *p)
 {
     float middles[LFLARE_OUTLINE_KNOTS];
-    double last = 0;
     int32_t j;
     o->find.lead = 1;
     o->matching = 1;
     for (j = 0; j < LFLARE_OUTLINE_KNOTS; j++) {
-        double width;
         o->slope = lflare__outline_slope(j, hidden);
         p->open[j] = lflare__outline_place(o);
-        width = p->open[j] ? 2 * o->half[0] : 0;
         middles[j] = (float)o->middle;
-        if (p->open[j] && o->ragged) lflare__outline_bounds(o, p->bounds[j]);
-        else if (p->open[j] && (lflare__outline_hides(o) || (last > 0 && width > 1.15 * last))) return 0; /* what jumps from knot to knot is ragged, too */
-        last = width;
         p->apart[j] = HUGE_VAL; /* of shut ones nothing is known */
-        p->curved[j] = p->turned[j] = 0;
-        if (!p->open[j] || o->ragged) continue;
+        if (!p->open[j]) continue;
+        p->hides[j] = lflare__outline_hides(o);
+        p->width[j] = 2 * o->half[0];
         lflare__outline_knot(o, knots + j * LFLARE__OUTLINE_KNOT);
         p->apart[j] = o->apart;
         p->curved[j] = o->curved;
         p->turned[j] = o->turned;
     }
-    for (j = 0; j < LFLARE_OUTLINE_KNOTS && o->ragged; j++) {
-        o->slope = lflare__outline_slope(j, hidden);
-        lflare__outline_frame(o, p, j);
-        lflare__outline_knot(o, knots + j * LFLARE__OUTLINE_KNOT);
-        p->apart[j] = o->apart;
-        p->curved[j] = o->curved;
-        p->turned[j] = o->turned;
-    }
-    if (!o->ragged) lflare__outline_shut(knots, p->open, middles);
-    return 1;
+    lflare__outline_shut(knots, p->open, middles);
 }
 
-/* An outer wavelength's, at the knots where meshes are split. */
-static void lflare__outline_outer(lflare__outliner *o, float hidden, const float *middle, const lflare__outline_plan *p, const int *split, float *knots)
+/* The leading wavelength's alone, at the knots where meshes are split; the middle one's stays matched to the others where it is not
+   split on both sides. */
+static void lflare__outline_alone(lflare__outliner *o, float hidden, const float *middle, const lflare__outline_plan *p, float *knots)
 {
     int32_t j;
     o->matching = 0;
     for (j = 0; j < LFLARE_OUTLINE_KNOTS; j++) {
-        if (!split[j] && (j == 0 || !split[j - 1])) continue;
+        float *knot = knots + j * LFLARE__OUTLINE_KNOT;
+        const float *like = middle + j * LFLARE__OUTLINE_KNOT;
+        int before = j > 0 && p->split[j - 1], behind = j + 1 < LFLARE_OUTLINE_KNOTS && p->split[j], ends = j == 0 || j + 1 == LFLARE_OUTLINE_KNOTS;
+        if (like == knot ? before + behind + ends < 2 : !before && !behind) continue;
         o->slope = lflare__outline_slope(j, hidden);
-        if (o->ragged) lflare__outline_frame(o, p, j);
-        if (o->ragged || lflare__outline_place(o)) lflare__outline_knot(o, knots + j * LFLARE__OUTLINE_KNOT);
-        else memcpy(knots + j * LFLARE__OUTLINE_KNOT, middle + j * LFLARE__OUTLINE_KNOT, sizeof(float) * LFLARE__OUTLINE_KNOT);
+        if (lflare__outline_place(o)) lflare__outline_knot(o, knot);
+        else if (like != knot) memcpy(knot, like, sizeof(float) * LFLARE__OUTLINE_KNOT);
+        if (like != knot) memcpy(knot + 16, like + 16, sizeof(float) * 4);
     }
 }
 
-/* The meshes between knots. */
-static void lflare__outline_codes(const lflare__outliner *o, const lflare__outline_plan *p, float *knots, int *split)
+/* What is open up to the next knot, if it is ragged, has its ellipse: measured like an outline. 0 if it is not. */
+static int lflare__outline_ragged(lflare__outliner *o, float hidden, lflare__outline_plan *p, int32_t knot, float *out)
 {
-    int32_t j, i, level, other = 0;
-    split[LFLARE_OUTLINE_KNOTS - 1] = 0;
+    float unused[LFLARE__OUTLINE_KNOT];
+    int32_t i;
+    if (!p->hides[knot] && !p->hides[knot + 1] && !(p->open[knot] && p->width[knot + 1] > 1.15 * p->width[knot])) return 0;
+    for (i = knot; i <= knot + 1; i++) {
+        o->slope = lflare__outline_slope(i, hidden);
+        if (p->open[i] && !(p->bounds[i][0] < p->bounds[i][1]) && lflare__outline_place(o)) lflare__outline_bounds(o, p->bounds[i]);
+    }
+    lflare__outline_ellipse(o, p, knot);
+    o->ragged = 1;
+    for (i = knot; i <= knot + 1; i++) {
+        o->slope = lflare__outline_slope(i, hidden);
+        lflare__outline_knot(o, unused);
+        p->apart[i] = lflare__max(p->apart[i], o->apart);
+        p->curved[i] = lflare__max(p->curved[i], o->curved);
+        p->turned[i] |= o->turned;
+    }
+    o->ragged = 0;
+    out[16] = (float)o->middle;
+    out[17] = (float)o->half[0];
+    out[18] = (float)o->half[1];
+    return 1;
+}
+
+/* The meshes between knots. Returns whether any is split. */
+static int lflare__outline_codes(lflare__outliner *o, float hidden, lflare__outline_plan *p, float *knots)
+{
+    int32_t j, i, level;
+    int any = 0;
     for (j = 0; j < LFLARE_OUTLINE_KNOTS - 1; j++) {
-        int turned = p->turned[j] || p->turned[j + 1];
-        split[j] = turned || p->apart[j] > LFLARE__OUTLINE_APART || p->apart[j + 1] > LFLARE__OUTLINE_APART;
+        float *knot = knots + j * LFLARE__OUTLINE_KNOT;
+        int ragged = lflare__outline_ragged(o, hidden, p, j, knot), turned = p->turned[j] || p->turned[j + 1];
+        int32_t most = ragged ? 2 : 0;
+        p->split[j] = turned || p->apart[j] > LFLARE__OUTLINE_APART || p->apart[j + 1] > LFLARE__OUTLINE_APART;
         for (i = j; i <= j + 1; i++) {
             double curved = p->curved[i];
-            for (level = 0; level < 3 && curved > (turned || o->ragged ? 3 : 10); level++) curved /= 4;
-            if (o->ragged && level < 2) level = 2;
-            other = i == j || level > other ? level : other;
+            for (level = 0; level < 3 && curved > (turned || ragged ? 3 : 10); level++) curved /= 4;
+            most = level > most ? level : most;
         }
-        knots[j * LFLARE__OUTLINE_KNOT + 11] = (float)lflare__mesh_code(other, split[j]);
+        knot[11] = (float)lflare__mesh_code(most, p->split[j], ragged);
+        any |= p->split[j];
     }
+    return any;
 }
 
 /* Where the ghost is hidden to all wavelengths. */
@@ -6636,8 +6660,8 @@ static void lflare__outline_ghost(const lflare_lens *lens, lflare_tables *t, int
     const float *head = t->head + (size_t)g * LFLARE_HEAD_FLOATS;
     lflare__outliner o;
     lflare__outline_plan p;
-    int split[LFLARE_OUTLINE_KNOTS], any = 0;
-    int32_t k, j;
+    int32_t k;
+    int any;
     memset(all, 0, sizeof(float) * LFLARE_OUTLINE_FLOATS);
     memset(&p, 0, sizeof p);
     lflare__steps_make(lens, t, g, n);
@@ -6653,20 +6677,15 @@ static void lflare__outline_ghost(const lflare_lens *lens, lflare_tables *t, int
     hidden = lflare__outline_hidden(&o);
     if (!(hidden > 0)) return;
     o.ragged = 0;
-    if (!lflare__outline_middle(&o, hidden, middle, &p)) {
-        o.ragged = 1;
-        lflare__outline_middle(&o, hidden, middle, &p);
-    }
-    lflare__outline_codes(&o, &p, middle, split);
-    for (j = 0; j < LFLARE_OUTLINE_KNOTS; j++) any |= split[j];
+    lflare__outline_middle(&o, hidden, middle, &p);
+    any = lflare__outline_codes(&o, hidden, &p, middle);
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
         float *one = all + k * LFLARE__OUTLINE_ONE;
         if (k != 1 && !any) continue;
         o.find.lead = k;
-        if (k != 1) lflare__outline_outer(&o, hidden, middle, &p, split, one + LFLARE__OUTLINE_HEAD);
+        lflare__outline_alone(&o, hidden, middle, &p, one + LFLARE__OUTLINE_HEAD);
         one[0] = hidden;
-        one[1] = (float)o.ragged;
-        one[2] = 0.61e-6f * t->wavelengths[k] * head[4 * k + 3];
+        one[1] = 0.61e-6f * t->wavelengths[k] * head[4 * k + 3];
     }
 }
 
@@ -7921,8 +7940,12 @@ static int lflare__traced_view_make(const lflare_tables *t, lflare_instance inst
     o->tracer.slope = l->slope_length;
     o->directions = lflare__code_directions(code);
     o->rings = lflare__code_rings(code);
-    o->ragged = head[1] > 0;
-    o->diffraction = head[2];
+    o->ragged = (code & 256) != 0;
+    o->diffraction = head[1];
+    if (o->ragged) {
+        memcpy(o->knot, a + 16, sizeof(float) * 4);
+        for (i = 0; i < LFLARE_OUTLINE_SIDES; i++) o->knot[LFLARE__OUTLINE_WHOLE + 4 * i] = 1;
+    }
     return 1;
 }
 
@@ -7944,32 +7967,37 @@ typedef struct lflare__traced_point {
     int whole;                          /* all neighbours arrive */
 } lflare__traced_point;
 
-/* Area on the sensor per area on the entrance about a ray, signed, and how much that differs from one side of it to the other, over as
-   far as it is to the next vertex: half axes are divided into `cells`. How heights curve across: rims are round, and along a line outwards
+/* Slopes at a vertex by rays beside it, 0.3 of the way to the next one. The area on the sensor per area on the entrance, signed, and how much
+   that differs from the next vertices': `radial` and `around` lead there. How heights curve across: rims are round, and along a line outwards
    heights grow evenly, so that this is what their second slopes add up to. */
-static void lflare__traced_slopes(const lflare__traced_view *o, float cells, lflare__traced_point *p)
+static void lflare__traced_slopes(const lflare__traced_view *o, const float *radial, const float *around, lflare__traced_point *p)
 {
-    float sides[2][4], step, shrink[2]; /* by the ray before, by the one behind */
+    float step[2], bent[4], twist[2], grows[2];
+    lflare__traced_ray near[2][2], corner;
     int32_t axis, side, i;
-    memset(sides, 0, sizeof sides);
     p->whole = p->ray.arrives;
     p->curved = 0;
     for (axis = 0; axis < 2; axis++) {
-        lflare__traced_ray near[2];
-        step = 0.3f * o->knot[1 + axis] / cells;
+        step[axis] = 0.3f * o->knot[1 + axis] / (float)o->rings;
         for (side = 0; side < 2; side++) {
-            float way = side == 0 ? -step : step;
-            lflare__traced_ray_make(&o->tracer, lflare__shares[o->channel], 0, axis == 0 ? p->place[0] + way : p->place[0], axis == 1 ? p->place[1] + way : p->place[1], &near[side]);
-            p->whole &= near[side].arrives;
-            p->curved += (near[side].relative - p->ray.relative) / (step * step);
-            for (i = 0; i < 2; i++) sides[side][2 * axis + i] = (near[side].sensor[i] - p->ray.sensor[i]) / way;
+            float way = side == 0 ? -step[axis] : step[axis];
+            lflare__traced_ray_make(&o->tracer, lflare__shares[o->channel], 0, axis == 0 ? p->place[0] + way : p->place[0], axis == 1 ? p->place[1] + way : p->place[1], &near[axis][side]);
+            p->whole &= near[axis][side].arrives;
+            p->curved += (near[axis][side].relative - p->ray.relative) / (step[axis] * step[axis]);
         }
-        p->height[axis] = (near[1].relative - near[0].relative) / (2 * step);
-        for (i = 0; i < 2; i++) p->stop[2 * axis + i] = (near[1].stop[i] - near[0].stop[i]) / (2 * step);
+        p->height[axis] = (near[axis][1].relative - near[axis][0].relative) / (2 * step[axis]);
+        for (i = 0; i < 2; i++) {
+            p->stop[2 * axis + i] = (near[axis][1].stop[i] - near[axis][0].stop[i]) / (2 * step[axis]);
+            p->sensor[2 * axis + i] = (near[axis][1].sensor[i] - near[axis][0].sensor[i]) / (2 * step[axis]);
+            bent[2 * axis + i] = ((near[axis][1].sensor[i] - p->ray.sensor[i]) - (p->ray.sensor[i] - near[axis][0].sensor[i])) / (step[axis] * step[axis]);
+        }
     }
-    for (i = 0; i < 4; i++) p->sensor[i] = 0.5f * (sides[0][i] + sides[1][i]);
-    for (side = 0; side < 2; side++) shrink[side] = sides[side][0] * sides[side][3] - sides[side][1] * sides[side][2];
-    p->spread = p->whole ? lflare__maxf(fabsf(shrink[1] - shrink[0]) / 0.3f, 1e-20f) : 1e30f;
+    lflare__traced_ray_make(&o->tracer, lflare__shares[o->channel], 0, p->place[0] + step[0], p->place[1] + step[1], &corner);
+    p->whole &= corner.arrives;
+    for (i = 0; i < 2; i++) twist[i] = ((corner.sensor[i] - near[0][1].sensor[i]) - (near[1][1].sensor[i] - p->ray.sensor[i])) / (step[0] * step[1]);
+    grows[0] = bent[0] * p->sensor[3] + p->sensor[0] * twist[1] - bent[1] * p->sensor[2] - p->sensor[1] * twist[0];
+    grows[1] = twist[0] * p->sensor[3] + p->sensor[0] * bent[3] - twist[1] * p->sensor[2] - p->sensor[1] * bent[2];
+    p->spread = p->whole ? lflare__maxf(lflare__maxf(fabsf(grows[0] * radial[0] + grows[1] * radial[1]), fabsf(grows[0] * around[0] + grows[1] * around[1])), 1e-20f) : 1e30f;
     p->shrink = p->whole ? p->sensor[0] * p->sensor[3] - p->sensor[1] * p->sensor[2] : 0;
 }
 
@@ -8013,13 +8041,18 @@ static void lflare__traced_vertex(const lflare__traced_view *o, const lflare__pa
 {
     const float *axis = p->light->axis, scale = p->style[3];
     float angle = 3.14159265f * (float)direction / (float)o->directions, c = cosf(angle), s = direction == 0 || direction == o->directions ? 0 : sinf(angle);
-    float beside[4], local[2], entrance[2], chord, flat;
+    float beside[4], local[2], entrance[2], radial[2], around[2], chord, flat;
     lflare__traced_point v;
     int32_t k;
     lflare__outline_beside(o, direction, beside);
     at = lflare__traced_last(o, at * beside[0] / (float)o->rings, c, s, &v);
-    lflare__traced_slopes(o, (float)o->rings, &v);
-    chord = 3.14159265f / (float)o->directions * at * o->knot[1 + (fabsf(c) > 0.7f)];
+    chord = 3.14159265f / (float)o->directions * at;
+    radial[0] = o->knot[1] * c * beside[0] / (float)o->rings;
+    radial[1] = o->knot[2] * s * beside[0] / (float)o->rings;
+    around[0] = -o->knot[1] * s * chord;
+    around[1] = o->knot[2] * c * chord;
+    lflare__traced_slopes(o, radial, around, &v);
+    chord = sqrtf(around[0] * around[0] + around[1] * around[1]);
     flat = lflare__maxf(p->even, lflare__minf(lflare__maxf(2 - fabsf(v.shrink) / v.spread, 0), 1));
     memset(out, 0, sizeof *out);
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
@@ -8085,8 +8118,8 @@ static int32_t lflare__traced_resolve(const lflare_tables *t, const lflare_frame
         if (direction > o.directions) direction = 2 * o.directions - direction;
         lflare__traced_band(&o, &p, out->iris_soft, direction, &begin, &end);
         if (o.ragged) { /* the rim is everywhere, and every block has its part */
-            begin = (float)block / (float)blocks * end;
-            end *= (float)(block + 1) / (float)blocks;
+            begin = (float)(block * (LFLARE_PATCH_RINGS - 1));
+            end = begin + LFLARE_PATCH_RINGS - 1;
         }
         for (k = 0; k < LFLARE_PATCH_RINGS && !o.ragged; k++)
             lflare__traced_vertex(&o, &p, lflare__minf((float)(block * (LFLARE_PATCH_RINGS - 1) + k), begin), direction, side, &out->inside[k][i]);
@@ -9769,7 +9802,7 @@ static const char *const lflare__glsl_traced_vert[] = {
     "uniform highp usampler2D u_visibility;\n"
     "invariant gl_Position;\n"
     "in uvec4 a_instance;\n"
-    "const int DIRECTIONS = 9, RINGS = 5, BANDS = 3, ROW = 1024, SURFACE = 131, GHOST = 762, OUTLINE = 253, KNOTS = 12, KNOT = 21, SIDES = 17;\n"
+    "const int DIRECTIONS = 9, RINGS = 5, BANDS = 3, ROW = 1024, SURFACE = 131, GHOST = 798, OUTLINE = 265, KNOTS = 12, KNOT = 22, SIDES = 17;\n"
     "const float PIXEL_VARIANCE = 0.715 * 0.715 / 5.0, PI = 3.14159265;\n"
     "centroid out vec3 v_irradiance, v_flux;\n"
     "centroid out float v_most;\n"
@@ -9808,7 +9841,7 @@ static const char *const lflare__glsl_traced_vert[] = {
     "nz = c * k * r.z - 1.0;\n"
     "if (bent) {\n"
     "vec4 a = lens(surface * SURFACE + 1), b = lens(surface * SURFACE + 2);\n"
-    "float inverse = 1.0 / (s.z * s.z);\n"
+    "float inverse = s.z * s.z;\n"
     "for (int pass = 0; pass < 6; pass++) {\n"
     "vec4 r2 = r.x * r.x + r.y * r.y, left = 1.0 - k * c * c * r2, conic = sqrt(max(left, 1e-6)), at = r2 * inverse, sag = vec4(0.0), slope = vec4(0.0);\n"
     "for (int j = 7; j >= 0; j--) {\n"
@@ -9846,8 +9879,8 @@ static const char *const lflare__glsl_traced_vert[] = {
     "r.arrives = both(r.arrives, greaterThanEqual(beyond, vec4(0.0)));\n"
     "kept = eta;\n"
     "more = -way * sqrt(max(beyond, 0.0)) - eta * along;\n"
-    ,
     "}\n"
+    ,
     "r.dx = kept * r.dx + more * nx;\n"
     "r.dy = kept * r.dy + more * ny;\n"
     "r.dz = kept * r.dz + more * nz;\n"
@@ -9869,13 +9902,14 @@ static const char *const lflare__glsl_traced_vert[] = {
     "r.stop_x = r.x / u_lens.w;\n"
     "r.stop_y = r.y / u_lens.w;\n"
     "} else {\n"
-    "r.relative = max(r.relative, sqrt(r.x * r.x + r.y * r.y) / s.z);\n"
+    "r.relative = max(r.relative, (r.x * r.x + r.y * r.y) * (s.z * s.z));\n"
     "go_on(vec4(steps.xyz, 0.0) * shares, (code & 1) != 0, way, nx, ny, nz, r, film_at);\n"
     "}\n"
     "}\n"
     "void land(inout Rays r)\n"
     "{\n"
     "vec4 t = (g_sensor - r.z) / r.dz;\n"
+    "r.relative = sqrt(r.relative);\n"
     "r.sensor_x = r.x + t * r.dx;\n"
     "r.sensor_y = r.y + t * r.dy;\n"
     "vec4 sum = r.sensor_x + r.sensor_y + r.relative;\n"
@@ -9960,11 +9994,10 @@ static const char *const lflare__glsl_traced_vert[] = {
     "#endif\n"
     "if (place < int(u_strip.x)) irradiance *= uintBitsToFloat(texelFetch(u_visibility, ivec2(place, 0), 0).r);\n"
     "int code = int(ghosts(outline + 1 + first * KNOT + 2).w), rings = code & 63, directions = (code & 64) != 0 ? 32 : 16;\n"
-    "bool split_mesh = (code & 128) != 0;\n"
+    "bool split_mesh = (code & 128) != 0, ragged = (code & 256) != 0;\n"
     "int sectors = directions / 4, blocks = rings / 4, mesh = split_mesh ? patch_index / (sectors * blocks) : 1, block = patch_index / sectors % blocks;\n"
     "if (split_mesh) outline = ghost + 3 + mesh * OUTLINE;\n"
     "vec4 h = ghosts(outline);\n"
-    "bool ragged = h.y > 0.0;\n"
     "#ifdef PATCH_STRIP\n"
     "bool drawn = ragged || block == blocks - 1;\n"
     "#else\n"
@@ -9982,8 +10015,8 @@ static const char *const lflare__glsl_traced_vert[] = {
     "float at = (1.0 - sqrt(max(1.0 - l1.y / h.x, 0.0))) * float(KNOTS - 1), scale = style0.w;\n"
     "g_between = at - float(first);\n"
     "g_knot = outline + 1 + first * KNOT;\n"
-    "vec4 shape = knot(0), whole = knot(1), bounds = knot(2), brighter = knot(3);\n"
-    "float lamp = whole.x * l1.z, entrance = max(whole.z, 1e-6), wide = min(h.z / entrance, 0.5 * u_half.x);\n"
+    "vec4 shape = ragged ? ghosts(g_knot + 4) : knot(0), whole = knot(1), bounds = knot(2), brighter = knot(3);\n"
+    "float lamp = whole.x * l1.z, entrance = max(whole.z, 1e-6), wide = min(h.y / entrance, 0.5 * u_half.x);\n"
     "float least = sqrt(2.25 * u_lens.x * u_lens.x + wide * wide + lamp * lamp);\n"
     "float grown = (whole.w < 0.0 ? -scale : scale) * max(least - whole.y, 0.0) / entrance;\n"
     "float even = clamp(2.0 - scale * whole.y / max(4.0 * u_lens.x, scale * least), 0.0, 1.0);\n"
@@ -9995,10 +10028,10 @@ static const char *const lflare__glsl_traced_vert[] = {
     "int row = gl_VertexID / DIRECTIONS, direction = patch_index % sectors * (DIRECTIONS - 1) + gl_VertexID % DIRECTIONS;\n"
     "float side = direction > directions ? -1.0 : 1.0, turn = float(direction);\n"
     "if (direction > directions) direction = 2 * directions - direction;\n"
-    "float beside_at = float(direction) * float(SIDES - 1) / float(directions);\n"
     ,
+    "float beside_at = float(direction) * float(SIDES - 1) / float(directions);\n"
     "int beside_first = int(min(beside_at, float(SIDES - 2)));\n"
-    "vec4 beside = mix(knot(4 + beside_first), knot(5 + beside_first), beside_at - float(beside_first));\n"
+    "vec4 beside = mix(knot(5 + beside_first), knot(6 + beside_first), beside_at - float(beside_first));\n"
     "float about = whole.y / entrance, iris_soft = soft(whole.x), widest = sqrt(u_spectrum.x / u_spectrum.y);\n"
     "float inverse = 1.1 / max(scale * beside.z + abs(grown) * whole.z, 1.5 * u_lens.x);\n"
     "vec4 width = vec4(iris_soft, soft(beside.w), widest * fringe(about * about, whole.x, scale), widest * fringe(about * about, beside.w, scale)) * inverse;\n"
@@ -10007,8 +10040,9 @@ static const char *const lflare__glsl_traced_vert[] = {
     "vec2 inner = width.xy + 5.0 * width.zw, outer = width.xy + 2.5 * width.zw;\n"
     "float begin = float(rings) * max(beside.y - max(inner.x, inner.y) - u_strip.w - 0.04, 0.0), end = float(rings) * (1.0 + max(outer.x, outer.y) + u_strip.w + 0.04);\n"
     "if (ragged) {\n"
-    "begin = float(block) / float(blocks) * end;\n"
-    "end *= float(block + 1) / float(blocks);\n"
+    "begin = float(block * (RINGS - 1));\n"
+    "end = begin + float(RINGS - 1);\n"
+    "beside.x = 1.0;\n"
     "}\n"
     "#ifdef PATCH_STRIP\n"
     "at = begin + (end - begin) * float(row) / float(BANDS - 1);\n"
@@ -10023,7 +10057,7 @@ static const char *const lflare__glsl_traced_vert[] = {
     "at *= beside.x / float(rings);\n"
     "for (int pass = 0; pass < 2; pass++) {\n"
     "ray_at = place_at(at, toward, shape);\n"
-    "own = rays_at(vec4(ray_at.x), vec4(ray_at.y));\n"
+    "own = rays_at(ray_at.x + vec4(0.0, 0.0, 0.0, h2.x), ray_at.y + vec4(0.0, 0.0, 0.0, h2.y));\n"
     "near = rays_at(ray_at.x + vec4(ways.xy, 0.0, 0.0), ray_at.y + vec4(0.0, 0.0, ways.zw));\n"
     "weight = trace(own, near);\n"
     "if (own.arrives.x || pass == 1) break;\n"
@@ -10031,20 +10065,25 @@ static const char *const lflare__glsl_traced_vert[] = {
     "edge = 1.0;\n"
     "}\n"
     "own.relative.x = own.arrives.x ? max(own.relative.x, edge) : 2.0;\n"
-    "bool whole_ray = own.arrives.x && all(near.arrives);\n"
-    "vec4 sx = (near.sensor_x - own.sensor_x.x) / ways, sy = (near.sensor_y - own.sensor_y.x) / ways, more = (near.relative - own.relative.x) / (ways * ways);\n"
+    "bool whole_ray = own.arrives.x && own.arrives.w && all(near.arrives);\n"
+    "vec4 x = near.sensor_x - own.sensor_x.x, y = near.sensor_y - own.sensor_y.x, more = (near.relative - own.relative.x) / (ways * ways);\n"
     "float curved = more.x + more.y + more.z + more.w;\n"
-    "vec4 middle = 0.5 * vec4(sx.x + sx.y, sy.x + sy.y, sx.z + sx.w, sy.z + sy.w);\n"
-    "vec2 shrinks = vec2(sx.x * sy.z - sy.x * sx.z, sx.y * sy.w - sy.y * sx.w);\n"
-    "float shrink = whole_ray ? middle.x * middle.w - middle.y * middle.z : 0.0, spread = whole_ray ? max(abs(shrinks.y - shrinks.x) / 0.3, 1e-20) : 1e30;\n"
-    "float flat_share = max(even, clamp(2.0 - abs(shrink) / spread, 0.0, 1.0)), chord = PI / float(directions) * at * (abs(toward.x) > 0.7 ? shape.z : shape.y);\n"
+    "vec4 middle = 0.5 * vec4((x.y - x.x) / h2.x, (y.y - y.x) / h2.x, (x.w - x.z) / h2.y, (y.w - y.z) / h2.y);\n"
+    "vec4 bent = vec4(vec2(x.x + x.y, y.x + y.y) / (h2.x * h2.x), vec2(x.z + x.w, y.z + y.w) / (h2.y * h2.y));\n"
+    "vec2 twist = vec2(own.sensor_x.w - near.sensor_x.y - x.w, own.sensor_y.w - near.sensor_y.y - y.w) / (h2.x * h2.y);\n"
+    "vec2 grows = vec2(bent.x * middle.w + middle.x * twist.y - bent.y * middle.z - middle.y * twist.x,\n"
+    "twist.x * middle.w + middle.x * bent.w - twist.y * middle.z - middle.y * bent.z);\n"
+    "vec2 radial = shape.yz * toward * beside.x / float(rings), around = shape.yz * vec2(-toward.y, toward.x) * (PI / float(directions) * at);\n"
+    "float shrink = whole_ray ? middle.x * middle.w - middle.y * middle.z : 0.0;\n"
+    "float spread = whole_ray ? max(max(abs(dot(grows, radial)), abs(dot(grows, around))), 1e-20) : 1e30;\n"
+    ,
+    "float flat_share = max(even, clamp(2.0 - abs(shrink) / spread, 0.0, 1.0)), chord = length(around);\n"
     "if (!split_mesh) weight.rb *= brighter.xy;\n"
     "vec3 flux = (split_mesh ? vec3(equal(ivec3(0, 1, 2), ivec3(mesh))) : vec3(1.0)) * weight * irradiance * style0.rgb;\n"
     "if (flat_share < 1.0) v_irradiance = (1.0 - flat_share) * flux / max(abs(shrink), spread);\n"
     "v_flux = flat_share * flux * scale * scale;\n"
     "v_most = 8.0 / ((whole_ray ? spread : max(about * about, 1e-20)) * scale * scale);\n"
     "float centre = bounds.z;\n"
-    ,
     "vec2 in_at = vec2(ray_at.x - shape.x, side * ray_at.y), local = vec2(centre + scale * (own.sensor_x.x - centre), scale * side * own.sensor_y.x) + grown * in_at;\n"
     "v_entrance = vec2(in_at.x * axis.x - in_at.y * axis.y, in_at.x * axis.y + in_at.y * axis.x);\n"
     "#ifdef PATCH_RIM\n"

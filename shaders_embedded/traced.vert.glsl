@@ -7,7 +7,7 @@ uniform highp usampler2D u_visibility;
 invariant gl_Position; /* both programs put shared vertices on the same pixels */
 in uvec4 a_instance; /* ghost, light, patch, knot before the light's field angle */
 
-const int DIRECTIONS = 9, RINGS = 5, BANDS = 3, ROW = 1024, SURFACE = 131, GHOST = 762, OUTLINE = 253, KNOTS = 12, KNOT = 21, SIDES = 17;
+const int DIRECTIONS = 9, RINGS = 5, BANDS = 3, ROW = 1024, SURFACE = 131, GHOST = 798, OUTLINE = 265, KNOTS = 12, KNOT = 22, SIDES = 17;
 const float PIXEL_VARIANCE = 0.715 * 0.715 / 5.0, PI = 3.14159265;
 
 centroid out vec3 v_irradiance, v_flux; /* see patch.frag.glsl */
@@ -28,7 +28,7 @@ mat4 g_shares; /* of the three wavelengths, for each of four rays */
 
 /* Four rays at once; the lens is looked up once for all. */
 struct Rays {
-    vec4 x, y, z, dx, dy, dz, stop_x, stop_y, sensor_x, sensor_y, relative;
+    vec4 x, y, z, dx, dy, dz, stop_x, stop_y, sensor_x, sensor_y, relative; /* relative: squared until they land */
     bvec4 arrives;
 };
 
@@ -55,7 +55,7 @@ void meet(vec4 s, int surface, float way, bool bent, inout Rays r, out vec4 nx, 
     nz = c * k * r.z - 1.0;
     if (bent) {
         vec4 a = lens(surface * SURFACE + 1), b = lens(surface * SURFACE + 2);
-        float inverse = 1.0 / (s.z * s.z);
+        float inverse = s.z * s.z;
         for (int pass = 0; pass < 6; pass++) {
             vec4 r2 = r.x * r.x + r.y * r.y, left = 1.0 - k * c * c * r2, conic = sqrt(max(left, 1e-6)), at = r2 * inverse, sag = vec4(0.0), slope = vec4(0.0);
             for (int j = 7; j >= 0; j--) {
@@ -119,7 +119,7 @@ void pass_step(vec4 s, vec4 steps, int code, mat4 shares, inout Rays r, out floa
         r.stop_x = r.x / u_lens.w;
         r.stop_y = r.y / u_lens.w;
     } else {
-        r.relative = max(r.relative, sqrt(r.x * r.x + r.y * r.y) / s.z);
+        r.relative = max(r.relative, (r.x * r.x + r.y * r.y) * (s.z * s.z));
         go_on(vec4(steps.xyz, 0.0) * shares, (code & 1) != 0, way, nx, ny, nz, r, film_at);
     }
 }
@@ -127,6 +127,7 @@ void pass_step(vec4 s, vec4 steps, int code, mat4 shares, inout Rays r, out floa
 void land(inout Rays r)
 {
     vec4 t = (g_sensor - r.z) / r.dz;
+    r.relative = sqrt(r.relative);
     r.sensor_x = r.x + t * r.dx;
     r.sensor_y = r.y + t * r.dy;
     vec4 sum = r.sensor_x + r.sensor_y + r.relative;
@@ -225,11 +226,10 @@ void main()
 #endif
     if (place < int(u_strip.x)) irradiance *= uintBitsToFloat(texelFetch(u_visibility, ivec2(place, 0), 0).r);
     int code = int(ghosts(outline + 1 + first * KNOT + 2).w), rings = code & 63, directions = (code & 64) != 0 ? 32 : 16; /* lflare__mesh_code */
-    bool split_mesh = (code & 128) != 0;
+    bool split_mesh = (code & 128) != 0, ragged = (code & 256) != 0;
     int sectors = directions / 4, blocks = rings / 4, mesh = split_mesh ? patch_index / (sectors * blocks) : 1, block = patch_index / sectors % blocks;
     if (split_mesh) outline = ghost + 3 + mesh * OUTLINE;
     vec4 h = ghosts(outline);
-    bool ragged = h.y > 0.0;
 #ifdef PATCH_STRIP
     bool drawn = ragged || block == blocks - 1;
 #else
@@ -248,10 +248,10 @@ void main()
     float at = (1.0 - sqrt(max(1.0 - l1.y / h.x, 0.0))) * float(KNOTS - 1), scale = style0.w;
     g_between = at - float(first);
     g_knot = outline + 1 + first * KNOT;
-    vec4 shape = knot(0), whole = knot(1), bounds = knot(2), brighter = knot(3); /* centre, half axes, bend; blur of the iris, radius on the sensor, on the entrance, as it stands */
+    vec4 shape = ragged ? ghosts(g_knot + 4) : knot(0), whole = knot(1), bounds = knot(2), brighter = knot(3); /* centre, half axes, bend; blur of the iris, radius on the sensor, on the entrance, as it stands */
 
     /* ghosts smaller than a pixel, or than what diffraction and the lamp leave, grow: see lflare__patch_grow */
-    float lamp = whole.x * l1.z, entrance = max(whole.z, 1e-6), wide = min(h.z / entrance, 0.5 * u_half.x);
+    float lamp = whole.x * l1.z, entrance = max(whole.z, 1e-6), wide = min(h.y / entrance, 0.5 * u_half.x);
     float least = sqrt(2.25 * u_lens.x * u_lens.x + wide * wide + lamp * lamp);
     float grown = (whole.w < 0.0 ? -scale : scale) * max(least - whole.y, 0.0) / entrance;
     float even = clamp(2.0 - scale * whole.y / max(4.0 * u_lens.x, scale * least), 0.0, 1.0);
@@ -266,7 +266,7 @@ void main()
     if (direction > directions) direction = 2 * directions - direction;
     float beside_at = float(direction) * float(SIDES - 1) / float(directions);
     int beside_first = int(min(beside_at, float(SIDES - 2)));
-    vec4 beside = mix(knot(4 + beside_first), knot(5 + beside_first), beside_at - float(beside_first)); /* outer, inner, rate, blur */
+    vec4 beside = mix(knot(5 + beside_first), knot(6 + beside_first), beside_at - float(beside_first)); /* outer, inner, rate, blur */
 
     /* from where to where the rim reaches, in rings: see lflare__traced_band */
     float about = whole.y / entrance, iris_soft = soft(whole.x), widest = sqrt(u_spectrum.x / u_spectrum.y);
@@ -277,8 +277,9 @@ void main()
     vec2 inner = width.xy + 5.0 * width.zw, outer = width.xy + 2.5 * width.zw;
     float begin = float(rings) * max(beside.y - max(inner.x, inner.y) - u_strip.w - 0.04, 0.0), end = float(rings) * (1.0 + max(outer.x, outer.y) + u_strip.w + 0.04);
     if (ragged) {
-        begin = float(block) / float(blocks) * end;
-        end *= float(block + 1) / float(blocks);
+        begin = float(block * (RINGS - 1));
+        end = begin + float(RINGS - 1);
+        beside.x = 1.0;
     }
 #ifdef PATCH_STRIP
     at = begin + (end - begin) * float(row) / float(BANDS - 1);
@@ -293,7 +294,7 @@ void main()
     at *= beside.x / float(rings);
     for (int pass = 0; pass < 2; pass++) {
         ray_at = place_at(at, toward, shape);
-        own = rays_at(vec4(ray_at.x), vec4(ray_at.y));
+        own = rays_at(ray_at.x + vec4(0.0, 0.0, 0.0, h2.x), ray_at.y + vec4(0.0, 0.0, 0.0, h2.y)); /* at the last, of the vertex's wavelength, its corner */
         near = rays_at(ray_at.x + vec4(ways.xy, 0.0, 0.0), ray_at.y + vec4(0.0, 0.0, ways.zw));
         weight = trace(own, near);
         if (own.arrives.x || pass == 1) break;
@@ -303,13 +304,18 @@ void main()
     own.relative.x = own.arrives.x ? max(own.relative.x, edge) : 2.0;
 
     /* lflare__traced_slopes */
-    bool whole_ray = own.arrives.x && all(near.arrives);
-    vec4 sx = (near.sensor_x - own.sensor_x.x) / ways, sy = (near.sensor_y - own.sensor_y.x) / ways, more = (near.relative - own.relative.x) / (ways * ways);
+    bool whole_ray = own.arrives.x && own.arrives.w && all(near.arrives);
+    vec4 x = near.sensor_x - own.sensor_x.x, y = near.sensor_y - own.sensor_y.x, more = (near.relative - own.relative.x) / (ways * ways);
     float curved = more.x + more.y + more.z + more.w;
-    vec4 middle = 0.5 * vec4(sx.x + sx.y, sy.x + sy.y, sx.z + sx.w, sy.z + sy.w);
-    vec2 shrinks = vec2(sx.x * sy.z - sy.x * sx.z, sx.y * sy.w - sy.y * sx.w);
-    float shrink = whole_ray ? middle.x * middle.w - middle.y * middle.z : 0.0, spread = whole_ray ? max(abs(shrinks.y - shrinks.x) / 0.3, 1e-20) : 1e30;
-    float flat_share = max(even, clamp(2.0 - abs(shrink) / spread, 0.0, 1.0)), chord = PI / float(directions) * at * (abs(toward.x) > 0.7 ? shape.z : shape.y);
+    vec4 middle = 0.5 * vec4((x.y - x.x) / h2.x, (y.y - y.x) / h2.x, (x.w - x.z) / h2.y, (y.w - y.z) / h2.y);
+    vec4 bent = vec4(vec2(x.x + x.y, y.x + y.y) / (h2.x * h2.x), vec2(x.z + x.w, y.z + y.w) / (h2.y * h2.y));
+    vec2 twist = vec2(own.sensor_x.w - near.sensor_x.y - x.w, own.sensor_y.w - near.sensor_y.y - y.w) / (h2.x * h2.y);
+    vec2 grows = vec2(bent.x * middle.w + middle.x * twist.y - bent.y * middle.z - middle.y * twist.x,
+                      twist.x * middle.w + middle.x * bent.w - twist.y * middle.z - middle.y * bent.z);
+    vec2 radial = shape.yz * toward * beside.x / float(rings), around = shape.yz * vec2(-toward.y, toward.x) * (PI / float(directions) * at);
+    float shrink = whole_ray ? middle.x * middle.w - middle.y * middle.z : 0.0;
+    float spread = whole_ray ? max(max(abs(dot(grows, radial)), abs(dot(grows, around))), 1e-20) : 1e30;
+    float flat_share = max(even, clamp(2.0 - abs(shrink) / spread, 0.0, 1.0)), chord = length(around);
     if (!split_mesh) weight.rb *= brighter.xy;
     vec3 flux = (split_mesh ? vec3(equal(ivec3(0, 1, 2), ivec3(mesh))) : vec3(1.0)) * weight * irradiance * style0.rgb;
     if (flat_share < 1.0) v_irradiance = (1.0 - flat_share) * flux / max(abs(shrink), spread);
