@@ -6218,7 +6218,7 @@ enum { LFLARE__OUTLINE_HEAD = 4, LFLARE__OUTLINE_WHOLE = 20, LFLARE__OUTLINE_KNO
 
 /* Rings, 64 for 32 directions over half a turn instead of 16, 128 if there is a mesh for each wavelength, 256 if it is ragged: what is open is
    in pieces, or hides some of itself from the centre, or jumps from knot to knot. */
-static int32_t lflare__mesh_code(int32_t level, int split, int ragged) { return (4 << level) + (level < 2 ? 0 : 64) + (split ? 128 : 0) + (ragged ? 256 : 0); }
+static int32_t lflare__mesh_code(int32_t level, int fine, int split, int ragged) { return (4 << level) + (fine ? 64 : 0) + (split ? 128 : 0) + (ragged ? 256 : 0); }
 static int32_t lflare__code_rings(int32_t code) { return code & 63; }
 static int32_t lflare__code_directions(int32_t code) { return code & 64 ? 32 : 16; }
 static int32_t lflare__code_meshes(int32_t code) { return code & 128 ? LFLARE_WAVELENGTHS : 1; }
@@ -6229,14 +6229,16 @@ typedef struct lflare__outliner {
     lflare__tracer tracer;
     double lamps[LFLARE_MAX_STEPS];   /* blur of each step's rim, the stop's too */
     double slope, middle, half[2], bend, inscribed, pixel;
+    double open;                      /* how open the centre is */
     int ragged, matching;             /* outlines are ellipses over all; the outer wavelengths are looked at, too */
-    double apart, curved;             /* of the knot: what LFLARE__OUTLINE_APART limits; of the map from a line, over half the way out, pixels */
+    double apart, curved, bulged;     /* of the knot, in pixels: what LFLARE__OUTLINE_APART limits; the map from a line, over half the way out; from
+                                         one direction to the next */
     int turned;                       /* the map turns over there */
 } lflare__outliner;
 
 /* What searches found at the middle wavelength. */
 typedef struct lflare__outline_plan {
-    double bounds[LFLARE_OUTLINE_KNOTS][3], width[LFLARE_OUTLINE_KNOTS], apart[LFLARE_OUTLINE_KNOTS], curved[LFLARE_OUTLINE_KNOTS];
+    double bounds[LFLARE_OUTLINE_KNOTS][3], width[LFLARE_WAVELENGTHS][LFLARE_OUTLINE_KNOTS], apart[LFLARE_OUTLINE_KNOTS], curved[LFLARE_OUTLINE_KNOTS], bulged[LFLARE_OUTLINE_KNOTS];
     int open[LFLARE_OUTLINE_KNOTS], hides[LFLARE_OUTLINE_KNOTS], turned[LFLARE_OUTLINE_KNOTS], split[LFLARE_OUTLINE_KNOTS]; /* split: up to the next */
 } lflare__outline_plan;
 
@@ -6254,24 +6256,29 @@ static double lflare__outline_closed(lflare__outliner *o, int32_t k, double u, d
     return lflare__closed_floats(&o->find, k, x, y, o->slope, ray);
 }
 
-/* How far from (u, v) along (du, dv) it stays open, found by regula falsi: heights are nearly linear. */
-static double lflare__outline_extent(lflare__outliner *o, double u, double v, double du, double dv, double guess)
+static double lflare__outline_open(lflare__outliner *o, double u, double v)
 {
-    double near = 0, far = guess, open_near, open_far = 0;
     lflare__traced_ray ray;
+    return 1 - lflare__outline_closed(o, o->find.lead, u, v, &ray);
+}
+
+/* How far from (u, v), open so far, along (du, dv) it stays open, found by regula falsi: heights are nearly linear. */
+static double lflare__outline_extent(lflare__outliner *o, double u, double v, double open_near, double du, double dv, double guess)
+{
+    double near = 0, far = guess, open_far = 0;
     int32_t i;
-    open_near = 1 - lflare__outline_closed(o, o->find.lead, u, v, &ray);
     if (open_near <= 0) return 0;
     for (i = 0; i < 16; i++) {
-        open_far = 1 - lflare__outline_closed(o, o->find.lead, u + far * du, v + far * dv, &ray);
-        if (open_far <= 0) break;
+        open_far = lflare__outline_open(o, u + far * du, v + far * dv);
+        if (fabs(open_far) < 1e-3) return far;
+        if (open_far < 0) break;
         near = far;
         open_near = open_far;
-        far *= 1.5;
+        far *= lflare__clamp(1 + 1.2 * open_far, 1.02, 1.5);
     }
     for (i = 0; i < 24 && far - near > 2e-3 * far; i++) {
         double share = i % 3 == 2 ? 0.5 : lflare__clamp(open_near / (open_near - open_far), 0.02, 0.98), middle = near + share * (far - near);
-        double open = 1 - lflare__outline_closed(o, o->find.lead, u + middle * du, v + middle * dv, &ray);
+        double open = lflare__outline_open(o, u + middle * du, v + middle * dv);
         if (fabs(open) < 1e-3) return middle;
         if (open > 0) near = middle, open_near = open;
         else far = middle, open_far = open;
@@ -6282,7 +6289,7 @@ static double lflare__outline_extent(lflare__outliner *o, double u, double v, do
 /* Centre, half axes and bend of what is open; 0 if nothing is: then the centre is where least is missing. */
 static int lflare__outline_place(lflare__outliner *o)
 {
-    double reach = o->find.lens->prescription.surfaces[0].semi_diameter, x, lo, hi, up, least;
+    double reach = o->find.lens->prescription.surfaces[0].semi_diameter, x, lo, hi, up, least, open;
     o->bend = o->middle = 0;
     o->half[0] = o->half[1] = 1;
     least = lflare__least_closed(&o->find, o->slope, 0.9, &x);
@@ -6290,17 +6297,23 @@ static int lflare__outline_place(lflare__outliner *o)
         o->middle = x;
         return 0;
     }
-    hi = x + lflare__outline_extent(o, x, 0, 1, 0, 0.3 * reach);
-    lo = x - lflare__outline_extent(o, x, 0, -1, 0, 0.3 * reach);
+    hi = x + lflare__outline_extent(o, x, 0, 1 - least, 1, 0, 0.3 * reach);
+    lo = x - lflare__outline_extent(o, x, 0, 1 - least, -1, 0, hi - x);
     x = 0.5 * (lo + hi);
-    up = 0.7 * lflare__outline_extent(o, x, 0, 0, 1, 0.3 * reach);
-    if (up > 0) {
-        double right = x + lflare__outline_extent(o, x, up, 1, 0, 0.4 * (hi - lo)), left = x - lflare__outline_extent(o, x, up, -1, 0, 0.4 * (hi - lo));
-        o->bend = (0.5 * (left + right) - x) / (up * up);
-    }
     o->middle = x;
     o->half[0] = lflare__max(0.5 * (hi - lo), 1e-5 * reach);
-    o->half[1] = lflare__max(lflare__outline_extent(o, 0, 0, 0, 1, o->half[0]), 1e-5 * reach);
+    o->open = lflare__outline_open(o, 0, 0);
+    up = o->half[1] = lflare__outline_extent(o, 0, 0, o->open, 0, 1, o->half[0]);
+    if (up > 0) {
+        double right, left;
+        o->half[1] = 0.7 * up;
+        open = lflare__outline_open(o, 0, 1);
+        right = lflare__outline_extent(o, 0, 1, open, 1, 0, 0.7);
+        left = lflare__outline_extent(o, 0, 1, open, -1, 0, right);
+        o->bend = o->half[0] * 0.5 * (right - left) / (o->half[1] * o->half[1]);
+        o->half[1] = lflare__outline_extent(o, 0, 0, o->open, 0, 1, 1.0 / 0.7) * o->half[1];
+    }
+    o->half[1] = lflare__max(o->half[1], 1e-5 * reach);
     return 1;
 }
 
@@ -6319,7 +6332,7 @@ static int lflare__outline_hides(lflare__outliner *o)
     return 0;
 }
 
-/* Bounds of all that is open, on a grid over the front element: least and greatest x, greatest y. */
+/* Widens bounds to all that is open, on a grid over the front element: least and greatest x, greatest y. */
 static void lflare__outline_bounds(lflare__outliner *o, double *bounds)
 {
     const int32_t across = 24;
@@ -6327,9 +6340,9 @@ static void lflare__outline_bounds(lflare__outliner *o, double *bounds)
     double reach = front->semi_diameter + fabs(lflare_sag(front, front->semi_diameter)) * o->slope, step = reach / across;
     lflare__traced_ray ray;
     int32_t i, j;
-    bounds[0] = o->middle - o->half[0];
-    bounds[1] = o->middle + o->half[0];
-    bounds[2] = o->half[1];
+    bounds[0] = lflare__min(bounds[0], o->middle - o->half[0]);
+    bounds[1] = lflare__max(bounds[1], o->middle + o->half[0]);
+    bounds[2] = lflare__max(bounds[2], o->half[1]);
     for (j = 0; j <= across; j++)
         for (i = -across; i <= across; i++) {
             if (lflare__closed_floats(&o->find, o->find.lead, i * step, j * step, o->slope, &ray) > 1.03) continue;
@@ -6345,7 +6358,7 @@ static void lflare__outline_ellipse(lflare__outliner *o, const lflare__outline_p
     double lo = HUGE_VAL, hi = -HUGE_VAL, up = 0;
     int32_t i;
     for (i = knot; i <= knot + 1; i++) {
-        if (!p->open[i]) continue;
+        if (!(p->bounds[i][0] < p->bounds[i][1])) continue;
         lo = lflare__min(lo, p->bounds[i][0]);
         hi = lflare__max(hi, p->bounds[i][1]);
         up = lflare__max(up, p->bounds[i][2]);
@@ -6402,28 +6415,66 @@ static void lflare__outline_match(lflare__outliner *o, double u, double v, const
     }
 }
 
-/* One direction: how far out the leading wavelength is open, and the others where they are matched to it. */
-static void lflare__outline_side(lflare__outliner *o, double u, double v, double *outer, double *inner)
+/* How far out a direction is open to the leading wavelength, all wavelengths, any of them. */
+typedef struct lflare__outline_side {
+    double edge, least, most;
+} lflare__outline_side;
+
+/* How far the others, matched to it, are open. */
+static void lflare__outline_others(lflare__outliner *o, double u, double v, lflare__outline_side *s)
 {
-    double edge = lflare__outline_extent(o, 0, 0, u, v, 1), most = edge, least = edge;
-    lflare__traced_ray lead, ray;
-    if (edge > 0 && o->matching) {
-        double before = lflare__outline_closed(o, o->find.lead, 0.9 * edge * u, 0.9 * edge * v, &ray), there = lflare__outline_closed(o, o->find.lead, 0.995 * edge * u, 0.995 * edge * v, &lead);
-        double rate = lflare__max((there - before) / 0.095, 0.2);
-        if (lead.arrives) {
-            lflare__outline_match(o, 0.995 * edge * u, 0.995 * edge * v, &lead, &most, &least, NULL);
-            there = most; /* closed most is open least far */
-            most = edge * lflare__max(0.995 + (1 - least) / rate, 1);
-            least = edge * lflare__min(0.995 + (1 - there) / rate, 1);
-        }
+    double before, there, rate, most, least;
+    lflare__traced_ray lead;
+    before = 1 - lflare__outline_open(o, 0.9 * s->edge * u, 0.9 * s->edge * v);
+    there = lflare__outline_closed(o, o->find.lead, 0.995 * s->edge * u, 0.995 * s->edge * v, &lead);
+    if (!lead.arrives) return;
+    rate = lflare__max((there - before) / 0.095, 0.2);
+    lflare__outline_match(o, 0.995 * s->edge * u, 0.995 * s->edge * v, &lead, &most, &least, NULL);
+    s->most = s->edge * lflare__clamp(0.995 + (1 - least) / rate, 1, 1.5);
+    s->least = s->edge * lflare__clamp(0.995 + (1 - most) / rate, 0, 1);
+}
+
+static void lflare__outline_direction(int32_t d, double *u, double *v)
+{
+    *u = cos(LFLARE__PI * d / (LFLARE_OUTLINE_SIDES - 1));
+    *v = d == 0 || d == LFLARE_OUTLINE_SIDES - 1 ? 0 : sin(LFLARE__PI * d / (LFLARE_OUTLINE_SIDES - 1));
+}
+
+/* All directions; the other wavelengths are looked at in every second one. */
+static void lflare__outline_sides(lflare__outliner *o, lflare__outline_side *sides)
+{
+    double u, v, guess = 1;
+    int32_t d;
+    for (d = 0; d < LFLARE_OUTLINE_SIDES; d++) {
+        lflare__outline_side *s = &sides[d];
+        s->edge = s->least = s->most = 1;
+        if (o->ragged) continue;
+        lflare__outline_direction(d, &u, &v);
+        s->edge = s->least = s->most = lflare__outline_extent(o, 0, 0, o->open, u, v, guess);
+        if (s->edge > 0) guess = s->edge;
+        if (s->edge > 0 && o->matching && d % 2 == 0) lflare__outline_others(o, u, v, s);
     }
-    *outer = edge + 1.1 * (lflare__min(most, 1.5 * edge) - edge);
+    for (d = 1; d < LFLARE_OUTLINE_SIDES && !o->ragged; d += 2) {
+        const lflare__outline_side *a = &sides[d - 1], *b = &sides[d + 1];
+        sides[d].most += 0.5 * (a->most - a->edge + b->most - b->edge);
+        sides[d].least += 0.5 * (a->least - a->edge + b->least - b->edge);
+    }
+}
+
+/* Its floats: how far out it is drawn, and where all of it is open, blades not in the way. */
+static void lflare__outline_store(lflare__outliner *o, int32_t d, const lflare__outline_side *s, double *outer, double *inner)
+{
+    double least = s->least, u, v;
+    *outer = s->edge + 1.1 * (s->most - s->edge);
+    *inner = 0;
+    if (o->ragged || !(*outer > 0)) return;
     if (o->inscribed < 1) {
+        lflare__outline_direction(d, &u, &v);
         o->find.iris *= o->inscribed;
-        least = lflare__min(least, lflare__outline_extent(o, 0, 0, u, v, edge)) - (most - least);
+        least = lflare__min(least, lflare__outline_extent(o, 0, 0, lflare__outline_open(o, 0, 0), u, v, s->edge)) - (s->most - s->least);
         o->find.iris /= o->inscribed;
     }
-    *inner = *outer > 0 ? lflare__clamp((edge - 1.1 * (edge - least)) / *outer, 0, 1) : 0;
+    *inner = lflare__clamp((s->edge - 1.1 * (s->edge - least)) / *outer, 0, 1);
 }
 
 /* The ray at (u, v), or if it does not arrive one nearer to the centre that does. */
@@ -6445,6 +6496,17 @@ static double lflare__outline_lamp(const lflare__outliner *o, const lflare__trac
     for (i = 0; i < o->tracer.count && stop >= (double)ray->relative; i++)
         if ((int32_t)o->tracer.steps[i * LFLARE_STEP_FLOATS + 7] & LFLARE__STEP_STOP) return o->lamps[i];
     return o->lamps[ray->widest];
+}
+
+/* How far the map is from a line between two directions' ends, where it matters. */
+static void lflare__outline_bulge(lflare__outliner *o, const double *last, double u, double v, double (*ends)[2], double (*now)[2])
+{
+    double off[2];
+    lflare__traced_ray ray;
+    int32_t i;
+    lflare__outline_closed(o, o->find.lead, 0.5 * (last[0] + u), 0.5 * (last[1] + v), &ray);
+    for (i = 0; i < 2; i++) off[i] = (double)ray.sensor[i] - 0.5 * (ends[1][i] + now[1][i]);
+    if (ray.arrives && hypot((double)ray.sensor[0], (double)ray.sensor[1]) < o->find.reach) o->bulged = lflare__max(o->bulged, hypot(off[0], off[1]) / o->pixel);
 }
 
 /* How far the map is from a line, where it matters. */
@@ -6477,18 +6539,21 @@ static double lflare__outline_sector(lflare__outliner *o, const double *centre, 
 
 static void lflare__outline_knot(lflare__outliner *o, float *out)
 {
-    double centre[2], last[2][2] = {{0, 0}, {0, 0}}, now[2][2], area = 0, entrance = 0, lo, hi, up = 0, first = 0, sign = 0, most, least, brighter[LFLARE_WAVELENGTHS] = {1, 1, 1};
+    double centre[2], rim[2] = {0, 0}, last[2][2] = {{0, 0}, {0, 0}}, now[2][2], area = 0, entrance = 0, lo, hi, up = 0, first = 0, sign = 0, most, least, brighter[LFLARE_WAVELENGTHS] = {1, 1, 1};
+    lflare__outline_side sides[LFLARE_OUTLINE_SIDES];
     lflare__traced_ray ray, half, edge;
     int32_t d, k;
-    o->apart = o->curved = 0;
+    o->apart = o->curved = o->bulged = 0;
     o->turned = 0;
     lflare__outline_ray(o, 0, 0, &ray);
+    lflare__outline_sides(o, sides);
     lo = hi = centre[0] = (double)ray.sensor[0];
     centre[1] = 0;
     for (d = 0; d < LFLARE_OUTLINE_SIDES; d++) {
-        double angle = LFLARE__PI * d / (LFLARE_OUTLINE_SIDES - 1), u = cos(angle), v = d == 0 || d == LFLARE_OUTLINE_SIDES - 1 ? 0 : sin(angle), outer = 1, inner = 0;
+        double u, v, outer, inner;
         float *side = out + LFLARE__OUTLINE_WHOLE + 4 * d;
-        if (!o->ragged) lflare__outline_side(o, u, v, &outer, &inner);
+        lflare__outline_direction(d, &u, &v);
+        lflare__outline_store(o, d, &sides[d], &outer, &inner);
         lflare__outline_ray(o, 0.5 * outer * u, 0.5 * outer * v, &half);
         lflare__outline_ray(o, outer * u, outer * v, &edge);
         if (o->matching && d % 4 == 0 && half.arrives) lflare__outline_match(o, 0.5 * outer * u, 0.5 * outer * v, &half, &most, &least, NULL);
@@ -6506,10 +6571,13 @@ static void lflare__outline_knot(lflare__outliner *o, float *out)
         up = lflare__max(up, lflare__max(fabs(now[0][1]), fabs(now[1][1])));
         if (d == 0) first = now[1][0];
         if (d > 0) {
+            lflare__outline_bulge(o, rim, outer * u, outer * v, last, now);
             area += lflare__outline_sector(o, centre, last, now, &sign);
             entrance += outer * (double)side[-4] * o->half[0] * o->half[1] * 0.5 * sin(LFLARE__PI / (LFLARE_OUTLINE_SIDES - 1));
         }
         memcpy(last, now, sizeof last);
+        rim[0] = outer * u;
+        rim[1] = outer * v;
     }
     out[0] = (float)o->middle;
     out[1] = (float)o->half[0];
@@ -6568,12 +6636,15 @@ static void lflare__outline_middle(lflare__outliner *o, float hidden, float *kno
         p->open[j] = lflare__outline_place(o);
         middles[j] = (float)o->middle;
         p->apart[j] = HUGE_VAL; /* of shut ones nothing is known */
+        p->bounds[j][0] = HUGE_VAL;
+        p->bounds[j][1] = -HUGE_VAL;
         if (!p->open[j]) continue;
         p->hides[j] = lflare__outline_hides(o);
-        p->width[j] = 2 * o->half[0];
+        p->width[1][j] = o->half[0];
         lflare__outline_knot(o, knots + j * LFLARE__OUTLINE_KNOT);
         p->apart[j] = o->apart;
         p->curved[j] = o->curved;
+        p->bulged[j] = o->bulged;
         p->turned[j] = o->turned;
     }
     lflare__outline_shut(knots, p->open, middles);
@@ -6597,16 +6668,31 @@ static void lflare__outline_alone(lflare__outliner *o, float hidden, const float
     }
 }
 
+/* Whether what is open grows or falls up to the next knot by much more than next to it: linear interpolation would not do. Towards
+   where they hide outlines shrink evenly. */
+static int lflare__outline_jumps(const double *width, int32_t knot)
+{
+    double fall = width[knot] - width[knot + 1], before = knot > 0 ? fabs(width[knot - 1] - width[knot]) : 0;
+    double behind = knot + 2 < LFLARE_OUTLINE_KNOTS ? fabs(width[knot + 1] - width[knot + 2]) : 0;
+    if (!(width[knot] > 0) || !(width[knot + 1] > 0)) return 0;
+    return fall < -0.15 * width[knot] || (fall > 0.3 * width[knot] && fall > 2.5 * lflare__max(before, behind));
+}
+
 /* What is open up to the next knot, if it is ragged, has its ellipse: measured like an outline. 0 if it is not. */
 static int lflare__outline_ragged(lflare__outliner *o, float hidden, lflare__outline_plan *p, int32_t knot, float *out)
 {
     float unused[LFLARE__OUTLINE_KNOT];
     int32_t i;
-    if (!p->hides[knot] && !p->hides[knot + 1] && !(p->open[knot] && p->width[knot + 1] > 1.15 * p->width[knot])) return 0;
+    int32_t k;
+    int ragged = p->hides[knot] || p->hides[knot + 1];
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) ragged |= lflare__outline_jumps(p->width[k], knot);
+    if (!ragged) return 0;
     for (i = knot; i <= knot + 1; i++) {
         o->slope = lflare__outline_slope(i, hidden);
-        if (p->open[i] && !(p->bounds[i][0] < p->bounds[i][1]) && lflare__outline_place(o)) lflare__outline_bounds(o, p->bounds[i]);
+        for (o->find.lead = 0; o->find.lead < LFLARE_WAVELENGTHS; o->find.lead++)
+            if ((o->find.lead == 1 || p->split[knot]) && lflare__outline_place(o)) lflare__outline_bounds(o, p->bounds[i]);
     }
+    o->find.lead = 1;
     lflare__outline_ellipse(o, p, knot);
     o->ragged = 1;
     for (i = knot; i <= knot + 1; i++) {
@@ -6614,6 +6700,7 @@ static int lflare__outline_ragged(lflare__outliner *o, float hidden, lflare__out
         lflare__outline_knot(o, unused);
         p->apart[i] = lflare__max(p->apart[i], o->apart);
         p->curved[i] = lflare__max(p->curved[i], o->curved);
+        p->bulged[i] = lflare__max(p->bulged[i], o->bulged);
         p->turned[i] |= o->turned;
     }
     o->ragged = 0;
@@ -6623,22 +6710,46 @@ static int lflare__outline_ragged(lflare__outliner *o, float hidden, lflare__out
     return 1;
 }
 
+/* Whether wavelengths have meshes of their own up to the next knot. */
+static int lflare__outline_splits(const lflare__outline_plan *p, int32_t knot)
+{
+    return p->turned[knot] || p->turned[knot + 1] || p->apart[knot] > LFLARE__OUTLINE_APART || p->apart[knot + 1] > LFLARE__OUTLINE_APART;
+}
+
+/* How wide the outer wavelengths are open, and whether they hide, where they have. */
+static void lflare__outline_look(lflare__outliner *o, float hidden, lflare__outline_plan *p)
+{
+    int32_t j;
+    for (j = 0; j < LFLARE_OUTLINE_KNOTS - 1; j++) p->split[j] = lflare__outline_splits(p, j);
+    for (o->find.lead = 0; o->find.lead < LFLARE_WAVELENGTHS; o->find.lead += 2)
+        for (j = 0; j < LFLARE_OUTLINE_KNOTS; j++) {
+            if (!p->split[j] && (j == 0 || !p->split[j - 1])) continue;
+            o->slope = lflare__outline_slope(j, hidden);
+            if (!lflare__outline_place(o)) continue;
+            p->width[o->find.lead][j] = o->half[0];
+            p->hides[j] |= lflare__outline_hides(o);
+        }
+    o->find.lead = 1;
+}
+
 /* The meshes between knots. Returns whether any is split. */
 static int lflare__outline_codes(lflare__outliner *o, float hidden, lflare__outline_plan *p, float *knots)
 {
     int32_t j, i, level;
     int any = 0;
+    lflare__outline_look(o, hidden, p);
     for (j = 0; j < LFLARE_OUTLINE_KNOTS - 1; j++) {
         float *knot = knots + j * LFLARE__OUTLINE_KNOT;
-        int ragged = lflare__outline_ragged(o, hidden, p, j, knot), turned = p->turned[j] || p->turned[j + 1];
+        int ragged = lflare__outline_ragged(o, hidden, p, j, knot), turned = p->turned[j] || p->turned[j + 1], fine;
         int32_t most = ragged ? 2 : 0;
-        p->split[j] = turned || p->apart[j] > LFLARE__OUTLINE_APART || p->apart[j + 1] > LFLARE__OUTLINE_APART;
+        p->split[j] = lflare__outline_splits(p, j);
         for (i = j; i <= j + 1; i++) {
             double curved = p->curved[i];
             for (level = 0; level < 3 && curved > (turned || ragged ? 3 : 10); level++) curved /= 4;
             most = level > most ? level : most;
         }
-        knot[11] = (float)lflare__mesh_code(most, p->split[j], ragged);
+        fine = lflare__max(p->bulged[j], p->bulged[j + 1]) > (turned || ragged ? 0.2 : 0.5);
+        knot[11] = (float)lflare__mesh_code(most, fine, p->split[j], ragged);
         any |= p->split[j];
     }
     return any;
