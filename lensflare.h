@@ -254,7 +254,9 @@ enum {
     LFLARE_MAX_RIMS = 12,      /* clipping circles kept per ghost, pupil and iris not counted; those that bind most */
     LFLARE_MAX_CIRCLES = 3 * LFLARE_MAX_SURFACES + 2, /* of a path: a rim per crossing */
     LFLARE_MAX_NOTES = 160,
-    LFLARE_WAVELENGTHS = 3,    /* of a band */
+    LFLARE_WAVELENGTHS = 3,    /* at which lenses are known */
+    LFLARE_MAX_WAVELENGTHS = 32, /* of which pictures are made, if settings ask for more: in between, and beyond, the three are interpolated */
+    LFLARE_SPECTRUM_ROWS = 36, /* of a ghost's colours */
     LFLARE_FIELD_SAMPLES = 64, /* of a ghost's colour and footprint over the field angle */
     LFLARE_FILM_SAMPLES = 128,
     LFLARE_HEAD_FLOATS = 16,
@@ -360,6 +362,10 @@ LFLARE_API int32_t lflare_number_write(double value, char *out);
 
 /* Index of refraction at a wavelength (P 4). From nd and Vd: n = A + B/l^2 through the lines F and C. */
 LFLARE_API double lflare_index(const lflare_medium *medium, double nm);
+
+/* What one wavelength adds to linear sRGB, by the CIE's observer of 1931, interpolated from steps of 5 nm; 0 beyond 380 to 780 nm, negative where
+   sRGB lacks the colour. Not scaled: see P 10. Not if LFLARE_NO_DIFFRACTION, LFLARE_NO_ABERRATION and LFLARE_NO_TRACE are all given. */
+LFLARE_API void lflare_wavelength_rgb(double nm, double *rgb);
 
 /* ---- lens ---- */
 
@@ -758,6 +764,8 @@ typedef struct lflare_settings {
     float exposure_ev;         /* stops on top of either */
     int32_t ghost_budget;      /* most ghosts per light, strongest first; 0 = all */
     float min_flux;            /* leaves out ghosts whose peak flux is below this fraction of all ghosts' sum */
+    int32_t wavelengths;       /* of meshes and traced ghosts: 4 to LFLARE_MAX_WAVELENGTHS from 400 to 700 nm, blended into each other; 0 or 3: those three at
+                                  which channels are. Ghosts that are split by wavelength are drawn as many times */
     int32_t paper_clipping;    /* 1: only front rim and iris clip, as in Lee & Eisemann 2013 */
     float iris_softness;       /* edges of the iris fade over so much on either side, in its radii: 0 to 0.5 */
     lflare_mask_desc mask;     /* what stands in the iris besides; its image is read until configure is complete */
@@ -838,11 +846,15 @@ typedef struct lflare_tables {
     float *mesh_head;       /* [ghost_count * LFLARE_MESH_HEAD_FLOATS]; NULL where there is no fit, or the model is paraxial */
     float *mesh;            /* [mesh_texels * 4] */
     size_t mesh_texels;
-    float *outline;         /* [ghost_count * LFLARE_OUTLINE_FLOATS]: where traced ghosts' rays pass; for that model: see lflare_tables_traced */
+    float *outline;         /* [ghost_count * LFLARE_OUTLINE_FLOATS]: where traced ghosts' rays pass; for that model: see lflare_tables_demand */
     float *steps;           /* a row of LFLARE_STEP_FLOATS for each surface that a traced ghost's rays meet, in order, ghost after ghost (the last of its
                                head's floats counts them): way along the axis from the last vertex, mm; curvature, 1 / clear semi-diameter, 1 + conic
                                constant; index before over index behind at three wavelengths; 16 x the surface, + 1 reflects, 2 is the stop, 4 has
                                aspheric terms, 8 is met backwards */
+    int32_t wavelength_count; /* 0: the three alone */
+    float spectral[LFLARE_MAX_WAVELENGTHS + 1][8]; /* of each: shares of the three that make its places; nm; those that make its weights, 0 */
+    float *spectrum;        /* [ghost_count * LFLARE_SPECTRUM_ROWS * 4], if there are more than three: what each wavelength adds to RGB, then what each of
+                               the three adds in all; see lflare_tables_demand */
     float *rank;            /* [ghost_count * 2]: peak flux; mean irradiance over the frame at the exposure's reference */
     lflare_cull *cull;      /* [ghost_count], the first active_count in use, strongest first */
     int32_t active_count, ghost_budget;
@@ -874,9 +886,10 @@ LFLARE_API lflare_tables_size lflare_tables_layout(const lflare_lens *lens, cons
    come with begin == 0. Cost: 10 to 15 us a ghost. */
 LFLARE_API lflare_result lflare_tables_prepare(const lflare_lens *lens, lflare_tables *tables, int32_t begin, int32_t end);
 
-/* Floats that the traced model needs besides, and where memory is given (16-byte aligned; NULL = leave as is) sets the pointers into it: after
-   prepare, before configure_begin. Not with LFLARE_NO_TRACE. */
-LFLARE_API size_t lflare_tables_traced(lflare_tables *tables, float *memory);
+/* Floats that settings need besides (the traced model's outlines and steps, the colours of more than three wavelengths), and where memory is given
+   (16-byte aligned; NULL = leave as is) sets the pointers into it: after prepare, before configure_begin. 0: none. Not
+   if LFLARE_NO_ABERRATION and LFLARE_NO_TRACE are both given. */
+LFLARE_API size_t lflare_tables_demand(lflare_tables *tables, const lflare_settings *settings, float *memory);
 
 /* Configure, in three parts that may be spread over frames: begin (iris, overrides checked), any number of ranges
    covering all ghosts (50 to 120 us a ghost, with meshes 5 to 25 ms), end (order, normalisation). The lens tables must be whole. */
@@ -971,6 +984,7 @@ typedef struct lflare_patch_vertex {
     float rim[LFLARE_WAVELENGTHS];         /* how far out on the rim that clips first, in units of its clear radius: inside is below 1 */
     float rim_soft;                        /* over which that rim's edge fades on either side, mm on the sensor */
     float rim_ring, iris_ring;             /* length of fringes at that rim and at the iris, likewise */
+    float apart;                           /* of meshes for one of many wavelengths: way to the next one's picture, mm; it softens their edges, too */
     float turn, bulge;                     /* counts directions; rims are round: subtract 4 bulge f (1 - f) from `rim`, f being the
                                               fraction of `turn` */
 } lflare_patch_vertex;
@@ -979,6 +993,10 @@ typedef struct lflare_patch_vertex {
    those of `inside` are lit all over, those of `rim` within iris and rims. Triangles may overlap (caustics) and turn over. */
 typedef struct lflare_patch {
     int32_t rimmed;                        /* 0: this patch has no rim */
+    const float *spectrum;                 /* NULL: channels are red, green and blue. With more than three wavelengths the ghost's row of tables.spectrum:
+                                              channels of what iris and rims cut (with a mask the inside's, too) are the three wavelengths tables know,
+                                              heights at others are made of theirs by tables.spectral; what each adds to RGB is multiplied by */
+    float color[3];                        /* the light's, exposure applied */
     float iris_soft;                       /* as rim_soft, of the iris */
     lflare_patch_vertex inside[LFLARE_PATCH_RINGS][LFLARE_PATCH_DIRECTIONS], rim[LFLARE_PATCH_BANDS][LFLARE_PATCH_DIRECTIONS];
 } lflare_patch;
@@ -1015,7 +1033,7 @@ LFLARE_API void lflare_to_rgb8(const float *rgba, size_t count, float gain, int3
 
 /* ---- gl ---- */
 
-enum { LFLARE_GL_MAX_LIGHTS = 240 }; /* of one draw: a uniform block of 16 KB */
+enum { LFLARE_GL_MAX_LIGHTS = 232 }; /* of one draw: a uniform block of 16 KB */
 
 /* The shape of glfwGetProcAddress, eglGetProcAddress and OSMesaGetProcAddress: the only door to GL. */
 typedef void (*lflare_gl_function)(void);
@@ -1930,6 +1948,39 @@ LFLARE_API lflare_result lflare_text_write(const lflare_prescription *p, char *t
 /* Red, green and blue of the model (P 4). */
 static const double lflare__rgb_nm[LFLARE_WAVELENGTHS] = {650, 510, 475};
 
+#if !defined(LFLARE_NO_DIFFRACTION) || defined(LFLARE__PATCHES)
+/* The CIE's standard observer of 1931, 380 to 780 nm in steps of 5 (CIE 15, colour matching functions), in 1e-6. */
+enum { LFLARE__CIE_COUNT = 81 };
+static const int32_t lflare__cie[3][LFLARE__CIE_COUNT] = {
+    {1368, 2236, 4243, 7650, 14310, 23190, 43510, 77630, 134380, 214770, 283900, 328500, 348280, 348060, 336200, 318700,
+     290800, 251100, 195360, 142100, 95640, 57950, 32010, 14700, 4900, 2400, 9300, 29100, 63270, 109600, 165500, 225750,
+     290400, 359700, 433450, 512050, 594500, 678400, 762100, 842500, 916300, 978600, 1026300, 1056700, 1062200, 1045600,
+     1002600, 938400, 854450, 751400, 642400, 541900, 447900, 360800, 283500, 218700, 164900, 121200, 87400, 63600, 46770,
+     32900, 22700, 15840, 11359, 8111, 5790, 4109, 2899, 2049, 1440, 1000, 690, 476, 332, 235, 166, 117, 83, 59, 42},
+    {39, 64, 120, 217, 396, 640, 1210, 2180, 4000, 7300, 11600, 16840, 23000, 29800, 38000, 48000, 60000, 73900, 90980, 112600,
+     139020, 169300, 208020, 258600, 323000, 407300, 503000, 608200, 710000, 793200, 862000, 914850, 954000, 980300, 994950,
+     1000000, 995000, 978600, 952000, 915400, 870000, 816300, 757000, 694900, 631000, 566800, 503000, 441200, 381000, 321000,
+     265000, 217000, 175000, 138200, 107000, 81600, 61000, 44580, 32000, 23200, 17000, 11920, 8210, 5723, 4102, 2929, 2091,
+     1484, 1047, 740, 520, 361, 249, 172, 120, 85, 60, 42, 30, 21, 15},
+    {6450, 10550, 20050, 36210, 67850, 110200, 207400, 371300, 645600, 1039050, 1385600, 1622960, 1747060, 1782600, 1772110,
+     1744100, 1669200, 1528100, 1287640, 1041900, 812950, 616200, 465180, 353300, 272000, 212300, 158200, 111700, 78250, 57250,
+     42160, 29840, 20300, 13400, 8750, 5750, 3900, 2750, 2100, 1800, 1650, 1400, 1100, 1000, 800, 600, 340, 240, 190, 100, 50,
+     30, 20, 10, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}
+};
+
+static const double lflare__to_srgb[3][3] = {{3.2404542, -1.5371385, -0.4985314}, {-0.9692660, 1.8760108, 0.0415560}, {0.0556434, -0.2040259, 1.0572252}};
+
+LFLARE_API void lflare_wavelength_rgb(double nm, double *rgb)
+{
+    double at = (nm - 380) / 5, xyz[3], f;
+    int32_t i = (int32_t)lflare__clamp(at, 0, LFLARE__CIE_COUNT - 2), k, c;
+    f = at - i;
+    for (k = 0; k < 3; k++) xyz[k] = at >= 0 && at <= LFLARE__CIE_COUNT - 1 ? 1e-6 * (lflare__cie[k][i] + f * (lflare__cie[k][i + 1] - lflare__cie[k][i])) : 0;
+    for (k = 0; k < 3; k++)
+        for (rgb[k] = 0, c = 0; c < 3; c++) rgb[k] += lflare__to_srgb[k][c] * xyz[c];
+}
+#endif
+
 LFLARE_API double lflare_index(const lflare_medium *m, double nm)
 {
     const double *c = m->c;
@@ -2755,6 +2806,101 @@ static float lflare__film_lookup(const float *row, int32_t k, float cosine)
     return lflare__cubic(row + i * 4 + k, 4, t - (float)i);
 }
 
+#ifdef LFLARE__PATCHES
+/* Of a ghost whose wavelengths have one each, or all have one. */
+static int32_t lflare__meshes(const lflare_tables *t, int split) { return !split ? 1 : t->wavelength_count > 0 ? t->wavelength_count : LFLARE_WAVELENGTHS; }
+
+/* -- more than three wavelengths -- */
+
+#define LFLARE__LONGEST 700.0 /* nm */
+#define LFLARE__SHORTEST 400.0
+
+/* Indices go by 1 / wavelength^2, nearly: places are interpolated by it. */
+static double lflare__dispersion(double nm) { return 1e6 / (nm * nm); }
+
+/* The i-th end of the intervals that wavelengths stand for, equally far apart in dispersion. */
+static double lflare__interval(int32_t i, int32_t count)
+{
+    double first = lflare__dispersion(LFLARE__LONGEST), last = lflare__dispersion(LFLARE__SHORTEST);
+    return 1e3 / sqrt(first + (last - first) * i / count);
+}
+
+/* Wavelengths, and what of the three makes their places (a parabola) and weights (lines, level beyond the ends: never negative). */
+static void lflare__spectral_make(lflare_tables *t, int32_t count)
+{
+    double known[LFLARE_WAVELENGTHS];
+    int32_t i, j, k;
+    memset(t->spectral, 0, sizeof t->spectral);
+    t->wavelength_count = count > LFLARE_WAVELENGTHS ? count : 0;
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) known[k] = lflare__dispersion(lflare__rgb_nm[k]);
+    for (i = 0; i < t->wavelength_count; i++) {
+        float *row = t->spectral[i];
+        double nm = lflare__interval(2 * i + 1, 2 * count), at = lflare__dispersion(nm), f;
+        row[3] = (float)nm;
+        for (k = 0; k < LFLARE_WAVELENGTHS; k++)
+            for (row[k] = 1, j = 0; j < LFLARE_WAVELENGTHS; j++)
+                if (j != k) row[k] *= (float)((at - known[j]) / (known[k] - known[j]));
+        k = at > known[1] ? 1 : 0;
+        f = lflare__clamp((at - known[k]) / (known[k + 1] - known[k]), 0, 1);
+        row[4 + k] = (float)(1 - f);
+        row[5 + k] += (float)f;
+    }
+    for (i = t->wavelength_count; i <= LFLARE_MAX_WAVELENGTHS && i > 0; i++) /* shaders take three at a time: what is missing has places, no light */
+        memcpy(t->spectral[i], t->spectral[i - 1], sizeof(float) * 4);
+}
+
+/* What an interval of equal power adds to RGB; all of them to 1. */
+static void lflare__interval_rgb(int32_t i, int32_t count, double *rgb)
+{
+    enum { PARTS = 16 };
+    double lo = lflare__interval(i, count), hi = lflare__interval(i + 1, count), part[3];
+    int32_t j, k;
+    for (k = 0; k < 3; k++) rgb[k] = 0;
+    for (j = 0; j < PARTS; j++) {
+        lflare_wavelength_rgb(lo + (hi - lo) * (j + 0.5) / PARTS, part);
+        for (k = 0; k < 3; k++) rgb[k] += part[k] * fabs(hi - lo) / PARTS;
+    }
+}
+
+/* Shares of the three that make one of them. */
+static const float lflare__shares[LFLARE_WAVELENGTHS][LFLARE_WAVELENGTHS] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+
+/* Of the longest wavelength, the middle one, the shortest. */
+static void lflare__ends_of(const lflare_tables *t, const float **ends)
+{
+    int32_t k;
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) ends[k] = lflare__shares[k];
+    if (t->wavelength_count == 0) return;
+    ends[0] = t->spectral[0];
+    ends[2] = t->spectral[t->wavelength_count - 1];
+}
+
+/* A ghost's colours: what each wavelength adds to RGB times its exact weight over the one interpolated, both along the paraxial ray through
+   x with slope u; then what the three add, for where all are lit. */
+static void lflare__spectrum_ghost(const lflare_lens *lens, lflare_tables *t, int32_t g, double x, double u)
+{
+    float *row = t->spectrum + (size_t)g * LFLARE_SPECTRUM_ROWS * 4, *sums = row + (LFLARE_SPECTRUM_ROWS - 3) * 4;
+    double known[LFLARE_WAVELENGTHS], rgb[3], white[3] = {0, 0, 0}, like;
+    int32_t i, k, c;
+    memset(row, 0, sizeof(float) * LFLARE_SPECTRUM_ROWS * 4);
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) known[k] = lflare_ghost_weight(lens, lflare__rgb_nm[k], t->pairs[g], x, u);
+    for (i = 0; i < t->wavelength_count; i++) {
+        lflare__interval_rgb(i, t->wavelength_count, rgb);
+        for (c = 0; c < 3; c++) white[c] += rgb[c];
+    }
+    for (i = 0; i < t->wavelength_count; i++) {
+        const float *shares = t->spectral[i];
+        for (like = 0, k = 0; k < LFLARE_WAVELENGTHS; k++) like += (double)shares[4 + k] * known[k];
+        like = like > 1e-30 ? lflare__min(lflare_ghost_weight(lens, (double)shares[3], t->pairs[g], x, u) / like, 1e6) : 1;
+        lflare__interval_rgb(i, t->wavelength_count, rgb);
+        for (c = 0; c < 3; c++) {
+            row[4 * i + c] = (float)(like * rgb[c] / white[c]);
+            for (k = 0; k < LFLARE_WAVELENGTHS; k++) sums[4 * k + c] += shares[4 + k] * row[4 * i + c];
+        }
+    }
+}
+#endif
+
 /* >> 8 iris */
 
 LFLARE_API lflare_result lflare_iris_make(const lflare_lens *lens, double fnumber, int32_t blades, double rotation, double curvature, lflare_iris *out,
@@ -3359,27 +3505,6 @@ static float lflare__power_between(const lflare__transform *t, float x, float y,
 }
 
 /* -- colours -- */
-
-/* The CIE's standard observer of 1931, 380 to 780 nm in steps of 5 (CIE 15, colour matching functions), in 1e-6. */
-enum { LFLARE__CIE_COUNT = 81 };
-static const int32_t lflare__cie[3][LFLARE__CIE_COUNT] = {
-    {1368, 2236, 4243, 7650, 14310, 23190, 43510, 77630, 134380, 214770, 283900, 328500, 348280, 348060, 336200, 318700,
-     290800, 251100, 195360, 142100, 95640, 57950, 32010, 14700, 4900, 2400, 9300, 29100, 63270, 109600, 165500, 225750,
-     290400, 359700, 433450, 512050, 594500, 678400, 762100, 842500, 916300, 978600, 1026300, 1056700, 1062200, 1045600,
-     1002600, 938400, 854450, 751400, 642400, 541900, 447900, 360800, 283500, 218700, 164900, 121200, 87400, 63600, 46770,
-     32900, 22700, 15840, 11359, 8111, 5790, 4109, 2899, 2049, 1440, 1000, 690, 476, 332, 235, 166, 117, 83, 59, 42},
-    {39, 64, 120, 217, 396, 640, 1210, 2180, 4000, 7300, 11600, 16840, 23000, 29800, 38000, 48000, 60000, 73900, 90980, 112600,
-     139020, 169300, 208020, 258600, 323000, 407300, 503000, 608200, 710000, 793200, 862000, 914850, 954000, 980300, 994950,
-     1000000, 995000, 978600, 952000, 915400, 870000, 816300, 757000, 694900, 631000, 566800, 503000, 441200, 381000, 321000,
-     265000, 217000, 175000, 138200, 107000, 81600, 61000, 44580, 32000, 23200, 17000, 11920, 8210, 5723, 4102, 2929, 2091,
-     1484, 1047, 740, 520, 361, 249, 172, 120, 85, 60, 42, 30, 21, 15},
-    {6450, 10550, 20050, 36210, 67850, 110200, 207400, 371300, 645600, 1039050, 1385600, 1622960, 1747060, 1782600, 1772110,
-     1744100, 1669200, 1528100, 1287640, 1041900, 812950, 616200, 465180, 353300, 272000, 212300, 158200, 111700, 78250, 57250,
-     42160, 29840, 20300, 13400, 8750, 5750, 3900, 2750, 2100, 1800, 1650, 1400, 1100, 1000, 800, 600, 340, 240, 190, 100, 50,
-     30, 20, 10, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}
-};
-
-static const double lflare__to_srgb[3][3] = {{3.2404542, -1.5371385, -0.4985314}, {-0.9692660, 1.8760108, 0.0415560}, {0.0556434, -0.2040259, 1.0572252}};
 
 /* Linear sRGB of equal power at 380 + 5 i nm, each channel's sum over all being 1. Pure colours that sRGB lacks are brought into it:
    channels below 0 would leave rings without any red, which no exposure hides. */
@@ -4607,6 +4732,13 @@ enum { LFLARE__STEP_REFLECTS = 1, LFLARE__STEP_STOP = 2, LFLARE__STEP_BENT = 4, 
 
 static int32_t lflare__step_count(const lflare_tables *t, lflare_pair p) { return t->surface_count + 2 * (p.first - p.second); }
 
+/* Of all ghosts. */
+static int32_t lflare__steps_of(const lflare_tables *t)
+{
+    int32_t last = t->ghost_count - 1;
+    return last < 0 ? 0 : (int32_t)t->head[(size_t)last * LFLARE_HEAD_FLOATS + 15] + lflare__step_count(t, t->pairs[last]);
+}
+
 /* The steps of a ghost. */
 static void lflare__steps_make(const lflare_lens *lens, lflare_tables *t, int32_t g, const double n[][LFLARE_MAX_SURFACES + 1])
 {
@@ -4641,6 +4773,7 @@ typedef struct lflare__tracer {
     const float *steps;
     int32_t count;
     float slope, sensor;               /* of the light, along x; from the last vertex to the sensor, mm */
+    const float *ends[LFLARE_WAVELENGTHS]; /* shares of the longest wavelength, of the middle one, of the shortest */
 } lflare__tracer;
 
 static void lflare__tracer_make(const lflare_tables *t, int32_t g, lflare__tracer *o)
@@ -4648,6 +4781,7 @@ static void lflare__tracer_make(const lflare_tables *t, int32_t g, lflare__trace
     o->t = t;
     o->steps = t->steps + (size_t)t->head[(size_t)g * LFLARE_HEAD_FLOATS + 15] * LFLARE_STEP_FLOATS;
     o->count = lflare__step_count(t, t->pairs[g]);
+    lflare__ends_of(t, o->ends);
     o->sensor = t->sensor_z - t->surface[(t->surface_count - 1) * LFLARE_SURFACE_FLOATS];
 }
 
@@ -4726,9 +4860,6 @@ static int lflare__traced_pass(const float *film, float eta, int reflected, cons
     return 1;
 }
 
-/* Shares of the three wavelengths that make one: what is known at them is interpolated (index, films, places). */
-static const float lflare__shares[LFLARE_WAVELENGTHS][LFLARE_WAVELENGTHS] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-
 /* From the entrance point (x, y) through all steps to the sensor (H 4; P 7), at the wavelength that `shares` make; weighing costs as
    much again. */
 static void lflare__traced_ray_make(const lflare__tracer *o, const float *shares, int weigh, float x, float y, lflare__traced_ray *ray)
@@ -4796,7 +4927,7 @@ static double lflare__closed_floats(lflare__finder *f, int32_t k, double x, doub
 {
     double stop;
     f->tracer->slope = (float)slope;
-    lflare__traced_ray_make(f->tracer, lflare__shares[k], 0, (float)x, (float)y, ray);
+    lflare__traced_ray_make(f->tracer, f->tracer->ends[k], 0, (float)x, (float)y, ray);
     if (!ray->arrives) return 5 - (double)ray->steps / f->tracer->count;
     stop = sqrt((double)(ray->stop[0] * ray->stop[0] + ray->stop[1] * ray->stop[1])) * (double)f->tracer->t->iris.radius / f->iris;
     stop = lflare__max(stop, sqrt((double)(ray->sensor[0] * ray->sensor[0] + ray->sensor[1] * ray->sensor[1])) / f->reach);
@@ -5480,6 +5611,7 @@ static void *lflare__carve(char **at, size_t bytes)
 
 enum { LFLARE__MESH_ROW = 2048 }; /* texels of a line of the meshes' texture: whole lines are allocated */
 
+
 #ifndef LFLARE_NO_ABERRATION
 /* -- meshes: the polynomials of room "aberration", sampled for the iris in force -- */
 
@@ -5510,7 +5642,8 @@ typedef struct lflare__mesher {
     float reach;              /* of the disc on the sensor where rays still matter, mm */
     float lamps[1 + LFLARE_FIT_RIMS]; /* blur of iris and rims, mm on the sensor per radian of the lamp's size */
     int32_t lead, begin, end; /* channel whose entrance points the mesh is laid over; channels drawn */
-    int32_t ragged;           /* what is open is not seen all over from its centre, or is in pieces */
+    const float *ends[LFLARE_WAVELENGTHS]; /* see lflare__ends_of */
+    int32_t ragged, spectral; /* what is open is not seen all over from its centre, or is in pieces; there are more than three wavelengths */
     float middle, half[2], bend; /* centre and unit of the mesh's polar coordinates, in the bundle's box; x also goes with bend y^2 */
 } lflare__mesher;
 
@@ -5823,10 +5956,12 @@ static void lflare__mesh_outline(lflare__mesher *m, float x, float y, float *inn
     if (m->end - m->begin > 1 && edge > 0) {
         lflare__mesh_point_at(m, m->middle + edge * x, edge * y, &at);
         lflare__mesh_point_at(m, m->middle + 0.9f * edge * x, 0.9f * edge * y, &before);
-        for (k = m->begin; k < m->end; k++) {
-            float rate = lflare__maxf((at.closed[k] - before.closed[k]) / 0.1f, 0.2f), there = edge * (1 + (1 - at.closed[k]) / rate);
-            most = lflare__maxf(most, there);
-            least = lflare__minf(least, there);
+        for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
+            const float *e = m->ends[k];
+            float here = e[0] * at.closed[0] + e[1] * at.closed[1] + e[2] * at.closed[2];
+            float rate = lflare__maxf((here - e[0] * before.closed[0] - e[1] * before.closed[1] - e[2] * before.closed[2]) / 0.1f, 0.2f);
+            most = lflare__maxf(most, edge * (1 + (1 - here) / rate));
+            least = lflare__minf(least, edge * (1 + (1 - here) / rate));
         }
     }
     *outer = edge + 1.1f * (lflare__minf(most, 1.5f * edge) - edge);
@@ -6117,7 +6252,7 @@ static int lflare__mesh_make(lflare__mesher *m, const lflare__fit_ghost *ghost, 
     lflare__mesh_plan plans[LFLARE__MORE_KNOTS];
     float frames[LFLARE__MORE_KNOTS][3];
     int32_t lead[LFLARE__MORE_KNOTS], first = m->lead, knots = lflare__mesh_knots(ghost->dense), j;
-    m->ragged = lflare__mesh_any_ragged(m, ghost, hidden);
+    m->ragged = (m->spectral && m->end - m->begin == 1) || lflare__mesh_any_ragged(m, ghost, hidden); /* meshes that are to be mixed are all alike */
     m->lead = first;
     if (m->ragged) lflare__mesh_frames(m, ghost, hidden, frames);
     for (j = 0; j < knots; j++) {
@@ -6156,6 +6291,8 @@ static void lflare__mesh_ghost(const lflare_lens *lens, lflare_tables *t, int32_
     m.end = LFLARE_WAVELENGTHS;
     m.bend = 0;
     m.ragged = 0;
+    m.spectral = t->wavelength_count > 0;
+    lflare__ends_of(t, m.ends);
     head[4] = lflare__mesh_hidden(&m, &ghost, m.iris > 0.999f * (float)lens->prescription.surfaces[lens->stop].semi_diameter);
     head[3] = 0.61e-6f * t->wavelengths[1] * lens_head[7]; /* radius that diffraction leaves, times that of the bundle */
     head[5] = ghost.dense ? 8 : 0;
@@ -6215,14 +6352,14 @@ enum { LFLARE__OUTLINE_HEAD = 4, LFLARE__OUTLINE_WHOLE = 20, LFLARE__OUTLINE_KNO
 
 /* How far, in pixels, rays of the outer wavelengths may land from where the first order says: beyond, wavelengths have meshes of their own. */
 #define LFLARE__OUTLINE_APART 1.0
+#define LFLARE__OUTLINE_ENDS_APART 4.0 /* likewise, of a spectrum's ends, which are faint */
 
 /* Rings, 64 for 32 directions over half a turn instead of 16, 128 if there is a mesh for each wavelength, 256 if it is ragged: what is open is
    in pieces, or hides some of itself from the centre, or jumps from knot to knot. */
 static int32_t lflare__mesh_code(int32_t level, int fine, int split, int ragged) { return (4 << level) + (fine ? 64 : 0) + (split ? 128 : 0) + (ragged ? 256 : 0); }
 static int32_t lflare__code_rings(int32_t code) { return code & 63; }
 static int32_t lflare__code_directions(int32_t code) { return code & 64 ? 32 : 16; }
-static int32_t lflare__code_meshes(int32_t code) { return code & 128 ? LFLARE_WAVELENGTHS : 1; }
-static int32_t lflare__code_patches(int32_t code) { return lflare__code_meshes(code) * (lflare__code_directions(code) / 4) * (lflare__code_rings(code) / 4); }
+static int32_t lflare__code_patches(const lflare_tables *t, int32_t code) { return lflare__meshes(t, code & 128) * (lflare__code_directions(code) / 4) * (lflare__code_rings(code) / 4); }
 
 typedef struct lflare__outliner {
     lflare__finder find;
@@ -6230,6 +6367,7 @@ typedef struct lflare__outliner {
     double lamps[LFLARE_MAX_STEPS];   /* blur of each step's rim, the stop's too */
     double slope, middle, half[2], bend, inscribed, pixel;
     double open;                      /* how open the centre is */
+    double most_apart;                /* LFLARE__OUTLINE_APART, or what ends may be */
     int ragged, matching;             /* outlines are ellipses over all; the outer wavelengths are looked at, too */
     double apart, curved, bulged;     /* of the knot, in pixels: what LFLARE__OUTLINE_APART limits; the map from a line, over half the way out; from
                                          one direction to the next */
@@ -6370,13 +6508,13 @@ static void lflare__outline_ellipse(lflare__outliner *o, const lflare__outline_p
 }
 
 /* The map about a ray through (x, y) that arrives: slopes of its place on the sensor, by rays nearer to the centre. 0 if one is lost. */
-static int lflare__outline_slopes(lflare__outliner *o, int32_t k, double x, double y, const lflare__traced_ray *ray, double *slopes)
+static int lflare__outline_slopes(lflare__outliner *o, const float *shares, double x, double y, const lflare__traced_ray *ray, double *slopes)
 {
     int32_t axis, i;
     for (axis = 0; axis < 2; axis++) {
         double way = (axis == 0 ? x > o->middle : y > 0) ? -0.02 * o->half[axis] : 0.02 * o->half[axis];
         lflare__traced_ray near;
-        lflare__traced_ray_make(&o->tracer, lflare__shares[k], 0, (float)(axis == 0 ? x + way : x), (float)(axis == 1 ? y + way : y), &near);
+        lflare__traced_ray_make(&o->tracer, shares, 0, (float)(axis == 0 ? x + way : x), (float)(axis == 1 ? y + way : y), &near);
         if (!near.arrives) return 0;
         for (i = 0; i < 2; i++) slopes[2 * axis + i] = (double)(near.sensor[i] - ray->sensor[i]) / (double)((float)(axis == 0 ? x + way : y + way) - (float)(axis == 0 ? x : y));
     }
@@ -6390,13 +6528,13 @@ static void lflare__outline_match(lflare__outliner *o, double u, double v, const
     double at[2], slopes[4], own[4], det;
     int32_t k, i;
     lflare__outline_at(o, u, v, &at[0], &at[1]);
-    det = lflare__outline_slopes(o, o->find.lead, at[0], at[1], lead, slopes) ? slopes[0] * slopes[3] - slopes[1] * slopes[2] : 0;
+    det = lflare__outline_slopes(o, o->tracer.ends[o->find.lead], at[0], at[1], lead, slopes) ? slopes[0] * slopes[3] - slopes[1] * slopes[2] : 0;
     *most = *least = 1;
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
         double off[2], x, y, closed;
         lflare__traced_ray ray;
         if (k == o->find.lead) continue;
-        lflare__traced_ray_make(&o->tracer, lflare__shares[k], 0, (float)at[0], (float)at[1], &ray);
+        lflare__traced_ray_make(&o->tracer, o->tracer.ends[k], 0, (float)at[0], (float)at[1], &ray);
         if (!ray.arrives || !(fabs(det) > 1e-12)) {
             o->apart = HUGE_VAL;
             return;
@@ -6409,7 +6547,7 @@ static void lflare__outline_match(lflare__outliner *o, double u, double v, const
             o->apart = lflare__max(o->apart, ray.arrives ? hypot((double)(ray.sensor[0] - lead->sensor[0]), (double)(ray.sensor[1] - lead->sensor[1])) / o->pixel : HUGE_VAL);
         *most = lflare__max(*most, closed);
         *least = lflare__min(*least, closed);
-        if (brighter == NULL || !ray.arrives || !lflare__outline_slopes(o, k, x, y, &ray, own)) continue;
+        if (brighter == NULL || !ray.arrives || !lflare__outline_slopes(o, o->tracer.ends[k], x, y, &ray, own)) continue;
         brighter[k] = fabs(det) / lflare__max(fabs(own[0] * own[3] - own[1] * own[2]), 1e-12);
         if (!(fabs(brighter[k] - 1) < 0.15)) o->apart = HUGE_VAL; /* next to focus: it differs from place to place */
     }
@@ -6591,7 +6729,13 @@ static void lflare__outline_knot(lflare__outliner *o, float *out)
     out[8] = (float)(0.5 * (lo + hi));
     out[9] = (float)hypot(0.5 * (hi - lo), up);
     out[10] = (float)centre[0];
-    if (o->matching && ray.arrives) lflare__outline_match(o, 0, 0, &ray, &most, &least, brighter);
+    if (o->matching && ray.arrives) { /* at the wavelengths that weights are known at */
+        const float *ends[LFLARE_WAVELENGTHS];
+        memcpy(ends, o->tracer.ends, sizeof ends);
+        for (k = 0; k < LFLARE_WAVELENGTHS; k++) o->tracer.ends[k] = lflare__shares[k];
+        lflare__outline_match(o, 0, 0, &ray, &most, &least, brighter);
+        memcpy(o->tracer.ends, ends, sizeof ends);
+    }
     out[12] = (float)brighter[0];
     out[13] = (float)brighter[2];
 }
@@ -6686,6 +6830,7 @@ static int lflare__outline_ragged(lflare__outliner *o, float hidden, lflare__out
     int32_t k;
     int ragged = p->hides[knot] || p->hides[knot + 1];
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) ragged |= lflare__outline_jumps(p->width[k], knot);
+    ragged |= o->tracer.t->wavelength_count > 0 && p->split[knot]; /* one ellipse for all wavelengths */
     if (!ragged) return 0;
     for (i = knot; i <= knot + 1; i++) {
         o->slope = lflare__outline_slope(i, hidden);
@@ -6711,16 +6856,16 @@ static int lflare__outline_ragged(lflare__outliner *o, float hidden, lflare__out
 }
 
 /* Whether wavelengths have meshes of their own up to the next knot. */
-static int lflare__outline_splits(const lflare__outline_plan *p, int32_t knot)
+static int lflare__outline_splits(const lflare__outliner *o, const lflare__outline_plan *p, int32_t knot)
 {
-    return p->turned[knot] || p->turned[knot + 1] || p->apart[knot] > LFLARE__OUTLINE_APART || p->apart[knot + 1] > LFLARE__OUTLINE_APART;
+    return p->turned[knot] || p->turned[knot + 1] || p->apart[knot] > o->most_apart || p->apart[knot + 1] > o->most_apart;
 }
 
 /* How wide the outer wavelengths are open, and whether they hide, where they have. */
 static void lflare__outline_look(lflare__outliner *o, float hidden, lflare__outline_plan *p)
 {
     int32_t j;
-    for (j = 0; j < LFLARE_OUTLINE_KNOTS - 1; j++) p->split[j] = lflare__outline_splits(p, j);
+    for (j = 0; j < LFLARE_OUTLINE_KNOTS - 1; j++) p->split[j] = lflare__outline_splits(o, p, j);
     for (o->find.lead = 0; o->find.lead < LFLARE_WAVELENGTHS; o->find.lead += 2)
         for (j = 0; j < LFLARE_OUTLINE_KNOTS; j++) {
             if (!p->split[j] && (j == 0 || !p->split[j - 1])) continue;
@@ -6742,7 +6887,7 @@ static int lflare__outline_codes(lflare__outliner *o, float hidden, lflare__outl
         float *knot = knots + j * LFLARE__OUTLINE_KNOT;
         int ragged = lflare__outline_ragged(o, hidden, p, j, knot), turned = p->turned[j] || p->turned[j + 1], fine;
         int32_t most = ragged ? 2 : 0;
-        p->split[j] = lflare__outline_splits(p, j);
+        p->split[j] = lflare__outline_splits(o, p, j);
         for (i = j; i <= j + 1; i++) {
             double curved = p->curved[i];
             for (level = 0; level < 3 && curved > (turned || ragged ? 3 : 10); level++) curved /= 4;
@@ -6784,12 +6929,13 @@ static void lflare__outline_ghost(const lflare_lens *lens, lflare_tables *t, int
     o.find.lead = 1;
     o.inscribed = (double)lflare__iris_inscribed(&t->iris);
     o.pixel = lens->sensor_width / 1280;
+    o.most_apart = t->wavelength_count > 0 ? LFLARE__OUTLINE_ENDS_APART : LFLARE__OUTLINE_APART;
     lflare__outline_lamps(&o, lens, t->pairs[g], n[1], head);
     hidden = lflare__outline_hidden(&o);
     if (!(hidden > 0)) return;
     o.ragged = 0;
     lflare__outline_middle(&o, hidden, middle, &p);
-    any = lflare__outline_codes(&o, hidden, &p, middle);
+    any = lflare__outline_codes(&o, hidden, &p, middle) && t->wavelength_count == 0;
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
         float *one = all + k * LFLARE__OUTLINE_ONE;
         if (k != 1 && !any) continue;
@@ -6824,7 +6970,7 @@ static void lflare__outline_cull(lflare_tables *t, int32_t g)
     for (i = 0; i < LFLARE_WAVELENGTHS * LFLARE_OUTLINE_KNOTS; i++) {
         const float *knot = all + i / LFLARE_OUTLINE_KNOTS * LFLARE__OUTLINE_ONE + LFLARE__OUTLINE_HEAD + i % LFLARE_OUTLINE_KNOTS * LFLARE__OUTLINE_KNOT;
         float u = tanf(lflare__knot_angle(i % LFLARE_OUTLINE_KNOTS, hidden, LFLARE_OUTLINE_KNOTS));
-        int32_t patches = lflare__code_patches((int32_t)knot[11]);
+        int32_t patches = lflare__code_patches(t, (int32_t)knot[11]);
         if (!(knot[1] > 0)) continue; /* not filled in */
         if (patches > cull->patches) cull->patches = (uint16_t)patches;
         along += knot[8] * u;
@@ -6843,21 +6989,27 @@ static void lflare__outline_cull(lflare_tables *t, int32_t g)
     cull->hidden_slope = tanf(hidden);
 }
 
-LFLARE_API size_t lflare_tables_traced(lflare_tables *t, float *memory)
-{
-    size_t outlines = (size_t)t->ghost_count * LFLARE_OUTLINE_FLOATS, steps = 0;
-    if (t->ghost_count > 0) {
-        const float *last = t->head + (size_t)(t->ghost_count - 1) * LFLARE_HEAD_FLOATS;
-        steps = (size_t)last[15] + (size_t)lflare__step_count(t, t->pairs[t->ghost_count - 1]);
-    }
-    if (memory != NULL) {
-        t->outline = memory;
-        t->steps = memory + outlines;
-    }
-    return outlines + steps * LFLARE_STEP_FLOATS;
-}
-
 #endif /* LFLARE_NO_TRACE */
+
+#ifdef LFLARE__PATCHES
+LFLARE_API size_t lflare_tables_demand(lflare_tables *t, const lflare_settings *s, float *memory)
+{
+    size_t outlines = 0, steps = 0, spectra = 0;
+    if (s->wavelengths > LFLARE_WAVELENGTHS) spectra = (size_t)t->ghost_count * LFLARE_SPECTRUM_ROWS * 4;
+#ifndef LFLARE_NO_TRACE
+    if (s->model == LFLARE_MODEL_TRACED && t->ghost_count > 0) {
+        outlines = (size_t)t->ghost_count * LFLARE_OUTLINE_FLOATS;
+        steps = (size_t)lflare__steps_of(t) * LFLARE_STEP_FLOATS;
+    }
+#endif
+    if (memory != NULL) {
+        t->outline = outlines > 0 ? memory : NULL;
+        t->steps = memory + outlines;
+        t->spectrum = spectra > 0 ? memory + outlines + steps : NULL;
+    }
+    return outlines + steps + spectra;
+}
+#endif
 
 LFLARE_API lflare_tables_size lflare_tables_layout(const lflare_lens *lens, const void *fit, void *lens_memory, void *settings_memory, lflare_tables *t)
 {
@@ -6868,7 +7020,7 @@ LFLARE_API lflare_tables_size lflare_tables_layout(const lflare_lens *lens, cons
     int32_t i;
     t->ghost_count = lens->ghost_count;
     t->fit = (const uint8_t *)fit;
-    t->mesh_head = t->mesh = t->outline = t->steps = NULL;
+    t->mesh_head = t->mesh = t->outline = t->steps = t->spectrum = NULL;
     t->mesh_texels = lflare__mesh_layout(t);
     arrays[0] = ghosts * sizeof(lflare_pair);
     arrays[1] = ghosts * LFLARE_HEAD_FLOATS * f;
@@ -7197,12 +7349,15 @@ LFLARE_API lflare_result lflare_tables_configure_begin(const lflare_lens *lens, 
         !(s->streak.share >= 0 && s->streak.share <= 1) || !(s->streak.length >= 0 && s->streak.length <= 100) || !(s->streak.thickness >= 0 && s->streak.thickness <= 100) ||
         !lflare__finite3(s->streak.tint))
         return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "iris_softness is 0 to 0.5, starburst_scale 0 to 1000, starburst_ev -60 to 60; a streak's share 0 to 1, its sizes 0 to 100");
+    if (s->wavelengths != 0 && (s->wavelengths < LFLARE_WAVELENGTHS || s->wavelengths > LFLARE_MAX_WAVELENGTHS))
+        return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "%i wavelengths: give 3 to 32, or 0", s->wavelengths);
     t->iris.softness = s->iris_softness;
     t->fringes = t->ringing != NULL && !s->no_ringing;
     t->starburst = NULL;
     t->starburst_unit = 0.5f * 550e-6f * t->efl * (float)fabs(lens->stop_a11) / t->iris.radius * (s->starburst_scale > 0 ? s->starburst_scale : 1);
 #ifdef LFLARE__PATCHES
     t->model = s->model != LFLARE_MODEL_AUTO ? s->model : t->mesh != NULL ? LFLARE_MODEL_POLYNOMIAL : LFLARE_MODEL_PARAXIAL;
+    lflare__spectral_make(t, t->model != LFLARE_MODEL_PARAXIAL && t->spectrum != NULL ? s->wavelengths : 0);
 #else
     t->model = LFLARE_MODEL_PARAXIAL;
 #endif
@@ -7290,7 +7445,7 @@ static void lflare__mesh_cull(lflare_tables *t, int32_t g)
     cull->along = along + style[4] * t->efl;
     cull->reach = 3 * reach * lflare__maxf(style[3], 1);
     cull->hidden_slope = tanf(head[4]);
-    cull->patches = (uint16_t)(head[6] * (head[1] / 4) * (head[2] / 4));
+    cull->patches = (uint16_t)(lflare__meshes(t, head[6] > 1) * (int32_t)(head[1] / 4) * (int32_t)(head[2] / 4));
 }
 
 #endif /* LFLARE_NO_ABERRATION */
@@ -7362,6 +7517,9 @@ static void lflare__configure_ghost(const lflare_lens *lens, lflare_tables *t, c
             weight += field[at * LFLARE_FIELD_FLOATS + k] / (float)LFLARE_WAVELENGTHS;
         }
         mean *= weight;
+#ifdef LFLARE__PATCHES
+        if (t->wavelength_count > 0) lflare__spectrum_ghost(lens, t, g, (double)field[at * LFLARE_FIELD_FLOATS + 3], tan((double)reference));
+#endif
     }
     for (j = 0; j < LFLARE_FIELD_SAMPLES; j++) {
         const float *sample = field + j * LFLARE_FIELD_FLOATS, *style = t->style + (size_t)g * LFLARE_STYLE_FLOATS;
@@ -7463,6 +7621,9 @@ LFLARE_API void lflare_tables_configure_end(lflare_tables *t, const lflare_setti
 #endif
 #ifndef LFLARE_NO_TRACE
     if (t->model == LFLARE_MODEL_TRACED) t->mesh_hash = lflare__hash(t->outline, ghosts * LFLARE_OUTLINE_FLOATS, NULL, 0);
+#endif
+#ifdef LFLARE__PATCHES
+    if (t->wavelength_count > 0) t->mesh_hash ^= lflare__hash(t->spectrum, ghosts * LFLARE_SPECTRUM_ROWS * 4, t->spectral[0], 8);
 #endif
     lflare__configure_image(t, s);
     t->mean_irradiance = (float)mean;
@@ -7618,7 +7779,7 @@ LFLARE_API lflare_result lflare_frame_build(const lflare_tables *t, const lflare
             if (l->slope_length >= c->hidden_slope || fabsf(x) > f->half_width + r || fabsf(y) > f->half_height + r) continue;
             patches = c->patches;
 #ifndef LFLARE_NO_TRACE
-            if (t->model == LFLARE_MODEL_TRACED) patches = lflare__code_patches(lflare__outline_code(t, c->ghost, l->field_angle, &band));
+            if (t->model == LFLARE_MODEL_TRACED) patches = lflare__code_patches(t, lflare__outline_code(t, c->ghost, l->field_angle, &band));
 #endif
             if (f->instance_capacity - f->instance_count < patches) return LFLARE_ERROR_LIMIT;
             for (k = 0; k < patches; k++, instance++) {
@@ -7806,6 +7967,9 @@ typedef struct lflare__patch_shape {
     float softness;           /* of the iris, in its radii */
     const float *ringing;     /* NULL: no fringes */
     float half_wave, widest;  /* mm, middle wavelength; fringes of the longest over its */
+    const float *spectrum;    /* the ghost's row; NULL: three wavelengths are the channels */
+    const float *shares, *next[2]; /* of a mesh for one wavelength that is drawn, see lflare_tables.spectral, and of those beside it; NULL: one for all */
+    int32_t mesh;             /* which it is */
 } lflare__patch_shape;
 
 /* Width over which an edge fades that a lamp of one radian would blur by `lamp` mm. */
@@ -7841,6 +8005,49 @@ static void lflare__patch_shape_make(const lflare_tables *t, const lflare_frame_
     p->grid = LFLARE__PIXEL_VARIANCE * f->pixel * f->pixel;
     p->shift[0] = t->efl * (p->style[4] * l->slope[0] - p->style[5] * l->slope[1]);
     p->shift[1] = t->efl * (p->style[4] * l->slope[1] + p->style[5] * l->slope[0]);
+    p->spectrum = t->wavelength_count > 0 ? t->spectrum + (size_t)g * LFLARE_SPECTRUM_ROWS * 4 : NULL;
+    p->shares = NULL;
+    if (p->spectrum != NULL && p->mesh >= 0) {
+        p->shares = t->spectral[p->mesh];
+        p->next[0] = t->spectral[p->mesh > 0 ? p->mesh - 1 : 0];
+        p->next[1] = t->spectral[p->mesh + 1 < t->wavelength_count ? p->mesh + 1 : p->mesh];
+    }
+}
+
+/* What a vertex with these weights lights its channels with. */
+static void lflare__patch_light(const lflare__patch_shape *p, const float *weight, float *out)
+{
+    float one = 0;
+    int32_t k;
+    for (k = 0; k < LFLARE_WAVELENGTHS && p->shares != NULL; k++) one += p->shares[4 + k] * weight[k];
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
+        float light = p->gain * p->light->irradiance[k] * p->style[k];
+        if (p->shares != NULL) out[k] = one * p->spectrum[4 * p->mesh + k] * light;
+        else if (p->spectrum != NULL) out[k] = weight[k] * p->gain; /* the light's colour comes to what they add up to */
+        else out[k] = p->mesh < 0 || p->mesh == k ? weight[k] * light : 0;
+    }
+}
+
+/* What a mesh for all of more than three wavelengths hands on with its vertices; where nothing cuts them they are colours at once. */
+static void lflare__patch_colour(const lflare__patch_shape *p, int masked, lflare_patch *out)
+{
+    int32_t i, k, j, c;
+    out->spectrum = p->shares == NULL ? p->spectrum : NULL;
+    for (c = 0; c < 3; c++) out->color[c] = p->light->irradiance[c] * p->style[c];
+    if (out->spectrum == NULL || masked) return;
+    for (i = 0; i < LFLARE_PATCH_RINGS; i++)
+        for (j = 0; j < LFLARE_PATCH_DIRECTIONS; j++) {
+            lflare_patch_vertex *v = &out->inside[i][j];
+            float lit[2][3];
+            for (c = 0; c < 3; c++)
+                for (lit[0][c] = lit[1][c] = 0, k = 0; k < LFLARE_WAVELENGTHS; k++) {
+                    float share = p->spectrum[4 * (LFLARE_SPECTRUM_ROWS - 3 + k) + c] * out->color[c];
+                    lit[0][c] += share * v->irradiance[k];
+                    lit[1][c] += share * v->flux[k];
+                }
+            memcpy(v->irradiance, lit[0], sizeof lit[0]);
+            memcpy(v->flux, lit[1], sizeof lit[1]);
+        }
 }
 
 /* Ghosts never get smaller than a disc (P 3): smaller ones would flicker as they pass from pixel to pixel, or be brighter than
@@ -7869,9 +8076,11 @@ typedef struct lflare__mesh_view {
     size_t knot, row;         /* floats from knot to knot, ring to ring */
     float share[4], knots[4 * LFLARE__MESH_KNOT_TEXELS]; /* what knots say of the whole, interpolated */
     int32_t between, rings, directions, floats, channel; /* the light comes after knot `between` of the four; the one that a mesh for one has */
+    size_t mesh;              /* floats to the next wavelength's mesh, if three are mixed by */
+    const float *shares;      /* these; NULL: they are not */
 } lflare__mesh_view;
 
-static int lflare__mesh_view_make(const lflare_tables *t, int32_t g, int32_t mesh, float angle, lflare__mesh_view *v)
+static int lflare__mesh_view_make(const lflare_tables *t, int32_t g, int32_t mesh, const float *shares, float angle, lflare__mesh_view *v)
 {
     const float *head = t->mesh_head + (size_t)g * LFLARE_MESH_HEAD_FLOATS, *knot;
     float at;
@@ -7885,11 +8094,15 @@ static int lflare__mesh_view_make(const lflare_tables *t, int32_t g, int32_t mes
     v->knot = 4 * (size_t)head[7];
     v->floats = lflare__mesh_floats(head[6] > 1);
     v->channel = mesh;
+    v->shares = shares;
+    v->mesh = (size_t)knots * v->knot;
+    if (shares != NULL) mesh = 0;
     v->row = (size_t)(v->directions + 1) * (size_t)v->floats;
     knot = t->mesh + 4 * (size_t)head[0] + ((size_t)mesh * (size_t)knots + (size_t)first) * v->knot;
     v->first = knot + 4 * LFLARE__MESH_KNOT_TEXELS;
     at -= (float)first;
     v->between = i = (int32_t)lflare__minf(at, 2);
+    if (shares != NULL) knot += v->mesh; /* of the whole, the middle one's */
     for (k = 0; k < 4 * LFLARE__MESH_KNOT_TEXELS; k++) { /* linearly, so that what is positive stays so */
         float a = knot[(size_t)i * v->knot + (size_t)k], b = knot[((size_t)i + 1) * v->knot + (size_t)k];
         v->knots[k] = a + (at - (float)i) * (b - a);
@@ -7903,15 +8116,27 @@ typedef struct lflare__mesh_vertex {
 } lflare__mesh_vertex;
 
 /* One of its floats; `kept` to what the nearest two field angles say: weight and shrink next to caustics would swing on a cubic. */
-static float lflare__mesh_float(const lflare__mesh_view *v, int32_t ring, int32_t direction, int32_t i, int kept)
+static float lflare__mesh_float_at(const lflare__mesh_view *v, const float *at, int kept)
 {
-    const float *at = v->first + (size_t)ring * v->row + (size_t)(direction * v->floats + i);
     float value = v->share[0] * at[0] + v->share[1] * at[v->knot] + v->share[2] * at[2 * v->knot] + v->share[3] * at[3 * v->knot], least, most;
     if (!kept) return value;
     at += (size_t)v->between * v->knot;
     least = lflare__minf(at[0], at[v->knot]);
     most = lflare__maxf(at[0], at[v->knot]);
     return lflare__minf(lflare__maxf(value, least - 0.1f * (most - least)), most + 0.1f * (most - least));
+}
+
+/* Mixed where one of many wavelengths is drawn from the meshes of three. */
+static float lflare__mesh_float(const lflare__mesh_view *v, int32_t ring, int32_t direction, int32_t i, int kept)
+{
+    const float *at = v->first + (size_t)ring * v->row + (size_t)(direction * v->floats + i);
+    float sum = 0;
+    int32_t k;
+    if (v->shares == NULL) return lflare__mesh_float_at(v, at, kept);
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) sum += v->shares[k] * lflare__mesh_float_at(v, at + (size_t)k * v->mesh, kept);
+    if (i == 4) /* weights stay positive */
+        for (sum = 0, k = 0; k < LFLARE_WAVELENGTHS; k++) sum += v->shares[4 + k] * lflare__mesh_float_at(v, at + (size_t)k * v->mesh, kept);
+    return sum;
 }
 
 /* `at` counts rings; beyond the last, places go on as between the last two. */
@@ -7931,7 +8156,7 @@ static void lflare__mesh_vertex_at(const lflare__mesh_view *v, float at, int32_t
         out->entrance[k] = a[2 + k];
     }
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
-        out->weight[k] = !split || k == v->channel ? lflare__maxf(a[split ? 4 : 4 + k], 0) : 0;
+        out->weight[k] = lflare__maxf(a[split ? 4 : 4 + k], 0);
         out->rim[k] = a[split ? 8 : 8 + k];
         for (i = 0; i < 2; i++) out->iris[k][i] = a[(split ? 9 : 12 + 2 * k) + i];
     }
@@ -7945,16 +8170,16 @@ static void lflare__patch_vertex(const lflare__mesh_view *v, const lflare__patch
 {
     const float *axis = p->light->axis, scale = p->style[3];
     lflare__mesh_vertex m;
-    float flat, shrink;
+    float flat, shrink, flux[LFLARE_WAVELENGTHS];
     int32_t k;
     lflare__mesh_vertex_at(v, at, direction, &m);
+    lflare__patch_light(p, m.weight, flux);
     shrink = fabsf(m.shrink);
     flat = lflare__maxf(p->even, lflare__minf(lflare__maxf(2 - shrink / m.spread, 0), 1));
     shrink = lflare__maxf(shrink, m.spread);
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
-        float flux = m.weight[k] * p->gain * p->light->irradiance[k] * p->style[k];
-        out->irradiance[k] = (1 - flat) * flux / shrink;
-        out->flux[k] = flat * flux * scale * scale;
+        out->irradiance[k] = (1 - flat) * flux[k] / shrink;
+        out->flux[k] = flat * flux[k] * scale * scale;
         lflare__turn(axis, m.iris[k][0], side * m.iris[k][1], out->iris[k]);
         out->rim[k] = m.rim[k];
     }
@@ -7965,6 +8190,14 @@ static void lflare__patch_vertex(const lflare__mesh_view *v, const lflare__patch
     out->rim_soft = lflare__patch_soft(p, m.lamp);
     out->rim_ring = lflare__patch_ring(p, m.shrink, m.lamp);
     out->iris_ring = lflare__patch_ring(p, m.shrink, v->knots[1]);
+    out->apart = 0;
+    if (v->shares != NULL) {
+        float ways[2] = {0, 0};
+        int32_t ring = (int32_t)lflare__minf(lflare__maxf(at, 0), (float)v->rings), i;
+        for (k = 0; k < LFLARE_WAVELENGTHS; k++)
+            for (i = 0; i < 2; i++) ways[i] += 0.5f * (p->next[1][k] - p->next[0][k]) * lflare__mesh_float_at(v, v->first + (size_t)ring * v->row + (size_t)(direction * v->floats + i) + (size_t)k * v->mesh, 0);
+        out->apart = scale * sqrtf(ways[0] * ways[0] + ways[1] * ways[1]);
+    }
     out->turn = side > 0 ? (float)direction : (float)(2 * v->directions - direction);
     out->bulge = lflare__mesh_float(v, 0, direction, v->floats - 1, 0);
 }
@@ -7989,13 +8222,14 @@ static int32_t lflare__mesh_resolve(const lflare_tables *t, const lflare_frame_d
     int32_t sectors = (int32_t)head[1] / 4, blocks = (int32_t)head[2] / 4, mesh = instance.patch / (sectors * blocks), block = instance.patch / sectors % blocks, i, k, ragged;
     lflare__mesh_view v;
     lflare__patch_shape p;
-    if (!lflare__mesh_view_make(t, instance.ghost, mesh, l->field_angle, &v)) return 0;
+    p.mesh = head[6] > 1 ? mesh : -1;
     lflare__patch_shape_make(t, f, l, instance.ghost, &p);
+    if (!lflare__mesh_view_make(t, instance.ghost, mesh, p.shares, l->field_angle, &v)) return 0;
     out->iris_soft = lflare__patch_soft(&p, v.knots[1]);
     lflare__patch_grow(f, v.knots[0], v.knots[2], v.knots[1], head[3], v.knots[6] < 0, &p);
     p.middle = lflare__mesh_float(&v, 0, 0, 0, 0);
     p.entrance = lflare__mesh_float(&v, 0, 0, 2, 0);
-    ragged = (int32_t)head[5] >> mesh & 1;
+    ragged = (int32_t)head[5] >> (p.shares != NULL ? 0 : mesh) & 1;
     if (ragged) memset(out->inside, 0, sizeof out->inside);
     for (i = 0; i < LFLARE_PATCH_DIRECTIONS; i++) {
         int32_t direction = instance.patch % sectors * (LFLARE_PATCH_DIRECTIONS - 1) + i;
@@ -8012,6 +8246,7 @@ static int32_t lflare__mesh_resolve(const lflare_tables *t, const lflare_frame_d
             lflare__patch_vertex(&v, &p, begin + (end - begin) * (float)k / (LFLARE_PATCH_BANDS - 1), direction, side, &out->rim[k][i]);
     }
     out->rimmed = ragged || block == blocks - 1;
+    lflare__patch_colour(&p, t->iris.mask != NULL, out);
     return 1;
 }
 
@@ -8024,8 +8259,9 @@ static int32_t lflare__mesh_resolve(const lflare_tables *t, const lflare_frame_d
 typedef struct lflare__traced_view {
     lflare__tracer tracer;
     float knot[LFLARE__OUTLINE_KNOT];   /* see lflare__outline_ghost */
-    int32_t directions, rings, channel; /* the wavelength traced */
-    int split, ragged;                  /* for it alone */
+    int32_t directions, rings, mesh;    /* which one, -1: one for all wavelengths */
+    const float *shares;                /* of the wavelength traced */
+    int ragged;
     float diffraction;
 } lflare__traced_view;
 
@@ -8033,17 +8269,18 @@ typedef struct lflare__traced_view {
 static int lflare__traced_view_make(const lflare_tables *t, lflare_instance instance, const lflare_frame_light *l, int32_t *patch, lflare__traced_view *o)
 {
     const float *head = t->outline + (size_t)instance.ghost * LFLARE_OUTLINE_FLOATS, *middle = head + LFLARE__OUTLINE_ONE, *a;
-    int32_t first = instance.band, code, mesh, each, i;
+    int32_t first = instance.band, code, meshes, each, i;
     float f;
     if (!(l->field_angle < middle[0]) || first > LFLARE_OUTLINE_KNOTS - 2) return 0;
     code = (int32_t)middle[LFLARE__OUTLINE_HEAD + first * LFLARE__OUTLINE_KNOT + 11];
-    each = lflare__code_patches(code) / lflare__code_meshes(code);
-    mesh = instance.patch / each;
+    meshes = lflare__meshes(t, code & 128);
+    each = lflare__code_patches(t, code) / meshes;
     *patch = instance.patch % each;
-    o->split = lflare__code_meshes(code) > 1;
-    o->channel = o->split ? mesh : 1;
-    if (mesh >= lflare__code_meshes(code)) return 0;
-    head += o->channel * LFLARE__OUTLINE_ONE;
+    o->mesh = meshes > 1 ? instance.patch / each : -1;
+    if (o->mesh >= meshes) return 0;
+    o->shares = lflare__shares[o->mesh < 0 ? 1 : o->mesh < LFLARE_WAVELENGTHS ? o->mesh : 0];
+    if (t->wavelength_count > 0 && o->mesh >= 0) o->shares = t->spectral[o->mesh];
+    head += (o->mesh < 0 || t->wavelength_count > 0 ? 1 : o->mesh) * LFLARE__OUTLINE_ONE;
     a = head + LFLARE__OUTLINE_HEAD + first * LFLARE__OUTLINE_KNOT;
     f = lflare__knot_of(l->field_angle, head[0], LFLARE_OUTLINE_KNOTS) - (float)first;
     for (i = 0; i < LFLARE__OUTLINE_KNOT; i++) o->knot[i] = a[i] + f * (a[i + LFLARE__OUTLINE_KNOT] - a[i]);
@@ -8092,7 +8329,7 @@ static void lflare__traced_slopes(const lflare__traced_view *o, const float *rad
         step[axis] = 0.3f * o->knot[1 + axis] / (float)o->rings;
         for (side = 0; side < 2; side++) {
             float way = side == 0 ? -step[axis] : step[axis];
-            lflare__traced_ray_make(&o->tracer, lflare__shares[o->channel], 0, axis == 0 ? p->place[0] + way : p->place[0], axis == 1 ? p->place[1] + way : p->place[1], &near[axis][side]);
+            lflare__traced_ray_make(&o->tracer, o->shares, 0, axis == 0 ? p->place[0] + way : p->place[0], axis == 1 ? p->place[1] + way : p->place[1], &near[axis][side]);
             p->whole &= near[axis][side].arrives;
             p->curved += (near[axis][side].relative - p->ray.relative) / (step[axis] * step[axis]);
         }
@@ -8103,7 +8340,7 @@ static void lflare__traced_slopes(const lflare__traced_view *o, const float *rad
             bent[2 * axis + i] = ((near[axis][1].sensor[i] - p->ray.sensor[i]) - (p->ray.sensor[i] - near[axis][0].sensor[i])) / (step[axis] * step[axis]);
         }
     }
-    lflare__traced_ray_make(&o->tracer, lflare__shares[o->channel], 0, p->place[0] + step[0], p->place[1] + step[1], &corner);
+    lflare__traced_ray_make(&o->tracer, o->shares, 0, p->place[0] + step[0], p->place[1] + step[1], &corner);
     p->whole &= corner.arrives;
     for (i = 0; i < 2; i++) twist[i] = ((corner.sensor[i] - near[0][1].sensor[i]) - (near[1][1].sensor[i] - p->ray.sensor[i])) / (step[0] * step[1]);
     grows[0] = bent[0] * p->sensor[3] + p->sensor[0] * twist[1] - bent[1] * p->sensor[2] - p->sensor[1] * twist[0];
@@ -8137,7 +8374,7 @@ static float lflare__traced_last(const lflare__traced_view *o, float at, float c
     for (tries = 0; tries < last; tries++) {
         p->place[1] = at * o->knot[2] * s;
         p->place[0] = o->knot[0] + at * o->knot[1] * c + o->knot[3] * at * s * at * s;
-        lflare__traced_ray_make(&o->tracer, lflare__shares[o->channel], tries == 0 || tries == 8, p->place[0], p->place[1], &p->ray);
+        lflare__traced_ray_make(&o->tracer, o->shares, tries == 0 || tries == 8, p->place[0], p->place[1], &p->ray);
         if (tries == 0 && !p->ray.arrives) last = 9;
         if (p->ray.arrives) near = at;
         else far = at;
@@ -8152,7 +8389,7 @@ static void lflare__traced_vertex(const lflare__traced_view *o, const lflare__pa
 {
     const float *axis = p->light->axis, scale = p->style[3];
     float angle = 3.14159265f * (float)direction / (float)o->directions, c = cosf(angle), s = direction == 0 || direction == o->directions ? 0 : sinf(angle);
-    float beside[4], local[2], entrance[2], radial[2], around[2], chord, flat;
+    float beside[4], local[2], entrance[2], radial[2], around[2], flux[LFLARE_WAVELENGTHS], chord, flat;
     lflare__traced_point v;
     int32_t k;
     lflare__outline_beside(o, direction, beside);
@@ -8166,15 +8403,15 @@ static void lflare__traced_vertex(const lflare__traced_view *o, const lflare__pa
     chord = sqrtf(around[0] * around[0] + around[1] * around[1]);
     flat = lflare__maxf(p->even, lflare__minf(lflare__maxf(2 - fabsf(v.shrink) / v.spread, 0), 1));
     memset(out, 0, sizeof *out);
+    for (k = 0; k < LFLARE_WAVELENGTHS; k += 2)
+        if (o->mesh < 0) v.ray.weight[k] *= o->knot[12 + k / 2];
+    lflare__patch_light(p, v.ray.weight, flux);
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
-        float flux = o->split && k != o->channel ? 0 : v.ray.weight[k] * p->gain * p->light->irradiance[k] * p->style[k], stop[2], relative = v.ray.relative;
+        float stop[2], relative = v.ray.relative;
         memcpy(stop, v.ray.stop, sizeof stop);
-        if (!o->split && k != o->channel) {
-            lflare__traced_match(o, &v, k, stop, &relative);
-            flux *= o->knot[12 + k / 2];
-        }
-        out->irradiance[k] = flat < 1 ? (1 - flat) * flux / lflare__maxf(fabsf(v.shrink), v.spread) : 0;
-        out->flux[k] = flat * flux * scale * scale;
+        if (o->mesh < 0 && k != 1) lflare__traced_match(o, &v, k, stop, &relative);
+        out->irradiance[k] = flat < 1 ? (1 - flat) * flux[k] / lflare__maxf(fabsf(v.shrink), v.spread) : 0;
+        out->flux[k] = flat * flux[k] * scale * scale;
         lflare__turn(axis, stop[0], side * stop[1], out->iris[k]);
         out->rim[k] = relative;
     }
@@ -8188,6 +8425,11 @@ static void lflare__traced_vertex(const lflare__traced_view *o, const lflare__pa
     out->rim_soft = lflare__patch_soft(p, beside[3]);
     out->rim_ring = lflare__patch_ring(p, v.shrink, beside[3]);
     out->iris_ring = lflare__patch_ring(p, v.shrink, o->knot[4]);
+    if (p->shares != NULL) {
+        lflare__traced_ray next[2];
+        for (k = 0; k < 2; k++) lflare__traced_ray_make(&o->tracer, p->next[k], 0, v.place[0], v.place[1], &next[k]);
+        if (next[0].arrives && next[1].arrives) out->apart = 0.5f * scale * hypotf(next[1].sensor[0] - next[0].sensor[0], next[1].sensor[1] - next[0].sensor[1]);
+    }
     out->turn = side > 0 ? (float)direction : (float)(2 * o->directions - direction);
     out->bulge = lflare__minf(lflare__maxf(0.125f * chord * chord * v.curved, 0), 0.05f);
 }
@@ -8217,6 +8459,7 @@ static int32_t lflare__traced_resolve(const lflare_tables *t, const lflare_frame
     sectors = o.directions / 4;
     blocks = o.rings / 4;
     block = index / sectors;
+    p.mesh = o.mesh;
     lflare__patch_shape_make(t, f, l, instance.ghost, &p);
     out->iris_soft = lflare__patch_soft(&p, o.knot[4]);
     lflare__patch_grow(f, o.knot[5], o.knot[6], o.knot[4], o.diffraction, o.knot[7] < 0, &p);
@@ -8238,6 +8481,7 @@ static int32_t lflare__traced_resolve(const lflare_tables *t, const lflare_frame
             if (o.ragged || block == blocks - 1) lflare__traced_vertex(&o, &p, begin + (end - begin) * (float)k / (LFLARE_PATCH_BANDS - 1), direction, side, &out->rim[k][i]);
     }
     out->rimmed = o.ragged || block == blocks - 1;
+    lflare__patch_colour(&p, t->iris.mask != NULL, out);
     return 1;
 }
 
@@ -8591,7 +8835,7 @@ typedef struct lflare__plane {
 typedef struct lflare__triangle {
     double x[3], y[3], twice_area;
     int32_t begin, end; /* channels lit */
-    lflare__plane share[2], irradiance[3], iris[3][2], rim[3], rim_soft, rim_ring, iris_ring, bulge, turn; /* share: of the second and third corner */
+    lflare__plane share[2], irradiance[3], iris[3][2], rim[3], rim_soft, rim_ring, iris_ring, bulge, turn, apart; /* share: of the second and third corner */
 } lflare__triangle;
 
 /* What cuts the triangles of a patch. */
@@ -8600,6 +8844,10 @@ typedef struct lflare__outline {
     float iris_soft;      /* pixels; 0: nothing does, they lie quite inside */
     const float *ringing; /* NULL: no fringes */
     float waves[LFLARE_WAVELENGTHS]; /* fringes' length over that at the middle wavelength */
+    const lflare_tables *t;
+    const float *spectrum; /* of lflare_patch; NULL: channels are colours */
+    const float *color;
+    float least;          /* of what a pixel gets: with more than three wavelengths colours may be negative */
 } lflare__outline;
 
 /* What of a side lies on a row of pixels: from x = lo to hi, `height` of it, negative if it leads the other way round. */
@@ -8657,12 +8905,31 @@ static lflare__plane lflare__plane_make(const lflare__triangle *t, float a, floa
 
 static float lflare__plane_at(const lflare__plane *p, float x, float y) { return p->at + p->dx * x + p->dy * y; }
 
+/* Of three planes, `step` from one to the next. */
+static lflare__plane lflare__plane_mix(const lflare__plane *p, int32_t step, const float *shares)
+{
+    lflare__plane sum = {0, 0, 0};
+    int32_t k;
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++, p += step) {
+        sum.at += shares[k] * p->at;
+        sum.dx += shares[k] * p->dx;
+        sum.dy += shares[k] * p->dy;
+    }
+    return sum;
+}
+
 /* How an edge fades: pixels; what else softens it, in its own units. */
 typedef struct lflare__fade {
     float soft, ring, softness;
     const float *ringing;
     int32_t dark; /* see lflare__profile_dark */
 } lflare__fade;
+
+/* What cuts at a pixel: places on the iris and on the rim, what a ray is there over the rim, and how they grow. */
+typedef struct lflare__height {
+    lflare__plane iris[2], rim;
+    float x, y, over; /* the planes' values, rim's less 1 */
+} lflare__height;
 
 /* An edge where the height, `over` beyond it, grows by (gx, gy) a pixel. Next to caustics heights race: a fade as wide as that would
    light what the iris stops. */
@@ -8674,53 +8941,100 @@ static void lflare__cut_slope(lflare__cuts *cuts, const lflare__fade *fade, floa
     lflare__cut(cuts, &p, -over, -gx / g, -gy / g);
 }
 
-static void lflare__cut_iris(lflare__cuts *cuts, const lflare__fade *fade, const lflare__plane *h, const lflare_blade *b, float hx, float hy)
+/* How far a place on the iris is beyond a blade. */
+static float lflare__blade_over(const lflare_blade *b, const lflare__height *h)
 {
+    if (b->arc > 0) return hypotf(h->x + b->nx * b->distance, h->y + b->ny * b->distance) - b->arc;
+    return b->nx * h->x + b->ny * h->y - b->distance;
+}
+
+/* From one of many wavelengths to the next the edge moves: as wide as that it is softened, so that they blend into one another. */
+static float lflare__blend(float softness, float first, float last)
+{
+    float step = 0.715f * 0.5f * (last - first);
+    return sqrtf(softness * softness + step * step);
+}
+
+static void lflare__cut_iris(lflare__cuts *cuts, const lflare__fade *fade, const lflare__height *h, const lflare__height *three, const lflare_blade *b)
+{
+    lflare__fade f = *fade;
+    if (three != NULL) f.softness = lflare__blend(f.softness, lflare__blade_over(b, &three[0]), lflare__blade_over(b, &three[2]));
     if (b->arc > 0) {
-        float length, inv;
-        hx += b->nx * b->distance;
-        hy += b->ny * b->distance;
-        length = sqrtf(hx * hx + hy * hy);
-        inv = 1 / lflare__maxf(length, 1e-20f);
-        lflare__cut_slope(cuts, fade, length - b->arc, (hx * h[0].dx + hy * h[1].dx) * inv, (hx * h[0].dy + hy * h[1].dy) * inv);
+        float x = h->x + b->nx * b->distance, y = h->y + b->ny * b->distance, length = sqrtf(x * x + y * y), inv = 1 / lflare__maxf(length, 1e-20f);
+        lflare__cut_slope(cuts, &f, length - b->arc, (x * h->iris[0].dx + y * h->iris[1].dx) * inv, (x * h->iris[0].dy + y * h->iris[1].dy) * inv);
     } else {
-        lflare__cut_slope(cuts, fade, b->nx * hx + b->ny * hy - b->distance, b->nx * h[0].dx + b->ny * h[1].dx, b->nx * h[0].dy + b->ny * h[1].dy);
+        lflare__cut_slope(cuts, &f, b->nx * h->x + b->ny * h->y - b->distance, b->nx * h->iris[0].dx + b->ny * h->iris[1].dx, b->nx * h->iris[0].dy + b->ny * h->iris[1].dy);
     }
 }
 
-/* Share of light of a channel at a pixel (x, y) from the first corner. */
-static float lflare__rim_coverage(const lflare__triangle *t, int32_t k, const lflare__outline *o, float x, float y)
+/* Heights at a pixel (x, y) from the first corner, at the wavelength that `shares` make of three; NULL: at the k-th. */
+static void lflare__height_at(const lflare__triangle *t, int32_t k, const float *shares, float x, float y, lflare__height *h)
+{
+    float turn = lflare__plane_at(&t->turn, x, y), bulge = 4 * lflare__plane_at(&t->bulge, x, y), bend = bulge * (1 - 2 * turn);
+    if (shares == NULL) {
+        memcpy(h->iris, t->iris[k], sizeof h->iris);
+        h->rim = t->rim[k];
+    } else {
+        h->iris[0] = lflare__plane_mix(&t->iris[0][0], 2, shares);
+        h->iris[1] = lflare__plane_mix(&t->iris[0][1], 2, shares);
+        h->rim = lflare__plane_mix(t->rim, 1, shares);
+    }
+    h->x = lflare__plane_at(&h->iris[0], x, y);
+    h->y = lflare__plane_at(&h->iris[1], x, y);
+    h->over = lflare__plane_at(&h->rim, x, y) - 1 - bulge * turn * (1 - turn);
+    h->rim.dx -= bend * t->turn.dx;
+    h->rim.dy -= bend * t->turn.dy;
+}
+
+/* Share of light at a pixel (x, y) from the first corner, where heights are such; wave: fringes' length over the middle wavelength's; three: the
+   heights of the three of many wavelengths that are looked at together, NULL if there are only three. */
+static float lflare__rim_coverage(const lflare__triangle *t, const lflare__outline *o, const lflare__height *h, const lflare__height *three, float wave, float x, float y)
 {
     static const lflare_blade round = {0, 0, 0, 1};
     const lflare_iris *iris = o->iris;
-    const lflare__plane *h = t->iris[k];
     lflare__cuts cuts = lflare__uncut;
     lflare__fade fade;
     lflare__profile profile;
     lflare__look look;
-    float hx = lflare__plane_at(&h[0], x, y), hy = lflare__plane_at(&h[1], x, y), turn, bulge, bend, slope;
+    float slope, apart = 0.715f * lflare__plane_at(&t->apart, x, y), iris_soft = sqrtf(o->iris_soft * o->iris_soft + apart * apart);
     int32_t i;
-    fade.soft = o->iris_soft;
-    fade.ring = o->waves[k] * lflare__plane_at(&t->iris_ring, x, y);
+    fade.soft = iris_soft;
+    fade.ring = wave * lflare__plane_at(&t->iris_ring, x, y);
     fade.softness = iris->softness;
     fade.ringing = o->ringing;
     fade.dark = iris->dark_outline;
-    for (i = 0; i < iris->blade_count; i++) lflare__cut_iris(&cuts, &fade, h, &iris->blades[i], hx, hy);
-    if (iris->blade_count == 0) lflare__cut_iris(&cuts, &fade, h, &round, hx, hy);
-    turn = lflare__plane_at(&t->turn, x, y);
-    bulge = 4 * lflare__plane_at(&t->bulge, x, y);
-    bend = bulge * (1 - 2 * turn);
+    for (i = 0; i < iris->blade_count; i++) lflare__cut_iris(&cuts, &fade, h, three, &iris->blades[i]);
+    if (iris->blade_count == 0) lflare__cut_iris(&cuts, &fade, h, three, &round);
     fade.soft = lflare__plane_at(&t->rim_soft, x, y);
-    fade.ring = o->waves[k] * lflare__plane_at(&t->rim_ring, x, y);
-    fade.softness = 0;
+    fade.soft = sqrtf(fade.soft * fade.soft + apart * apart);
+    fade.ring = wave * lflare__plane_at(&t->rim_ring, x, y);
+    fade.softness = three != NULL ? lflare__blend(0, three[0].over, three[2].over) : 0;
     fade.dark = 0;
-    lflare__cut_slope(&cuts, &fade, lflare__plane_at(&t->rim[k], x, y) - 1 - bulge * turn * (1 - turn), t->rim[k].dx - bend * t->turn.dx, t->rim[k].dy - bend * t->turn.dy);
+    lflare__cut_slope(&cuts, &fade, h->over, h->rim.dx, h->rim.dy);
     if (iris->mask == NULL) return lflare__both(&cuts);
-    slope = sqrtf(0.5f * (h[0].dx * h[0].dx + h[0].dy * h[0].dy + h[1].dx * h[1].dx + h[1].dy * h[1].dy));
+    slope = sqrtf(0.5f * (h->iris[0].dx * h->iris[0].dx + h->iris[0].dy * h->iris[0].dy + h->iris[1].dx * h->iris[1].dx + h->iris[1].dy * h->iris[1].dy));
     slope = lflare__minf(slope, 0.6f);
-    profile = lflare__profile_make(o->ringing, o->iris_soft * slope, o->waves[k] * lflare__plane_at(&t->iris_ring, x, y) * slope);
+    profile = lflare__profile_make(o->ringing, iris_soft * slope, wave * lflare__plane_at(&t->iris_ring, x, y) * slope);
     look = lflare__look_make(iris, profile.soft, profile.ring);
-    return lflare__both(&cuts) * lflare__iris_mask(iris, hx, hy, &look);
+    return lflare__both(&cuts) * lflare__iris_mask(iris, h->x, h->y, &look);
+}
+
+/* Adds what of more than three wavelengths passes at a pixel: three at a time. */
+static void lflare__spectrum_pixel(const lflare__triangle *t, const lflare__outline *o, float covered, float x, float y, float *pixel)
+{
+    lflare__height three[LFLARE_WAVELENGTHS];
+    float lit[LFLARE_WAVELENGTHS];
+    int32_t i, j, k, c;
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) lit[k] = lflare__maxf(lflare__plane_at(&t->irradiance[k], x, y), 0) * covered;
+    for (i = 0; i < o->t->wavelength_count; i += LFLARE_WAVELENGTHS) {
+        for (j = 0; j < LFLARE_WAVELENGTHS; j++) lflare__height_at(t, 0, o->t->spectral[i + j], x, y, &three[j]);
+        for (j = 0; j < LFLARE_WAVELENGTHS; j++) {
+            const float *row = o->t->spectral[i + j];
+            float one = row[4] * lit[0] + row[5] * lit[1] + row[6] * lit[2];
+            if (one > 0) one *= lflare__rim_coverage(t, o, &three[j], three, sqrtf(row[3] / o->t->wavelengths[1]), x, y);
+            for (c = 0; c < 3; c++) pixel[c] += one * o->spectrum[4 * (i + j) + c] * o->color[c];
+        }
+    }
 }
 
 /* Corners to pixels; 0 if nothing is lit of rows begin <= row < end. */
@@ -8737,7 +9051,7 @@ static int lflare__triangle_make(const lflare_patch_vertex *const *v, const lfla
     if ((t->x[0] < 0 && t->x[1] < 0 && t->x[2] < 0) || (t->x[0] > f->width && t->x[1] > f->width && t->x[2] > f->width)) return 0;
     for (t->begin = 3, t->end = k = 0; k < 3; k++) {
         float lit = 0;
-        for (i = 0; i < 3; i++) lit = lflare__maxf(lit, v[i]->irradiance[k] + v[i]->flux[k]);
+        for (i = 0; i < 3; i++) lit = lflare__maxf(lit, fabsf(v[i]->irradiance[k] + v[i]->flux[k]));
         if (!(lit > 0)) continue;
         if (k < t->begin) t->begin = k;
         t->end = k + 1;
@@ -8763,6 +9077,7 @@ static int lflare__triangle_make(const lflare_patch_vertex *const *v, const lfla
         t->iris_ring = lflare__plane_make(t, v[0]->iris_ring / f->pixel, v[1]->iris_ring / f->pixel, v[2]->iris_ring / f->pixel);
         t->turn = lflare__plane_make(t, v[0]->turn - least, v[1]->turn - least, v[2]->turn - least);
         t->bulge = lflare__plane_make(t, v[0]->bulge, v[1]->bulge, v[2]->bulge);
+        t->apart = lflare__plane_make(t, v[0]->apart / f->pixel, v[1]->apart / f->pixel, v[2]->apart / f->pixel);
     }
     return 1;
 }
@@ -8784,21 +9099,29 @@ static void lflare__triangle_pixel(const lflare__triangle *t, const lflare__outl
 {
     int32_t k;
     if (covered < 0.999f) lflare__triangle_clamp(t, &x, &y);
+    if (o->iris_soft > 0 && o->spectrum != NULL) {
+        lflare__spectrum_pixel(t, o, covered, x, y, pixel);
+        return;
+    }
     for (k = t->begin; k < t->end; k++) {
-        float e = lflare__maxf(lflare__plane_at(&t->irradiance[k], x, y), 0) * covered;
-        if (o->iris_soft > 0 && e > 0) e *= lflare__rim_coverage(t, k, o, x, y);
+        float e = lflare__maxf(lflare__plane_at(&t->irradiance[k], x, y), o->least) * covered;
+        lflare__height h;
+        if (o->iris_soft > 0 && e != 0) {
+            lflare__height_at(t, k, NULL, x, y, &h);
+            e *= lflare__rim_coverage(t, o, &h, NULL, o->waves[k], x, y);
+        }
         pixel[k] += e;
     }
 }
 
 /* Pixels from..to-1 of a row, wholly between a triangle's sides: lit evenly but for what their irradiance says. */
-static void lflare__triangle_run(const lflare__triangle *t, int32_t from, int32_t to, float covered, float y, float *pixels)
+static void lflare__triangle_run(const lflare__triangle *t, const lflare__outline *o, int32_t from, int32_t to, float covered, float y, float *pixels)
 {
     int32_t x, k;
     for (k = t->begin; k < t->end; k++) {
         const lflare__plane *p = &t->irradiance[k];
         float at = (p->at + p->dy * y + p->dx * (float)(from + 0.5 - t->x[0])) * covered, step = p->dx * covered;
-        for (x = from; x < to; x++) pixels[(ptrdiff_t)4 * x + k] += lflare__maxf(at + step * (float)(x - from), 0);
+        for (x = from; x < to; x++) pixels[(ptrdiff_t)4 * x + k] += lflare__maxf(at + step * (float)(x - from), o->least);
     }
 }
 
@@ -8829,7 +9152,7 @@ static void lflare__triangle_row(const lflare__triangle *t, const lflare__outlin
     for (; x < to; x++) {
         float covered;
         if (x == run && run < run_end) {
-            lflare__triangle_run(t, run, run_end, (float)height, y, pixels);
+            lflare__triangle_run(t, o, run, run_end, (float)height, y, pixels);
             x = run_end - 1;
             continue;
         }
@@ -8876,9 +9199,13 @@ LFLARE_API lflare_result lflare_software_patches(const lflare_tables *t, const l
     if (image->width != f->width || image->height != f->height || begin < 0 || end > image->height) return LFLARE_ERROR_ARGUMENT;
     o.iris = &t->iris;
     o.ringing = t->fringes ? t->ringing : NULL;
+    o.t = t;
+    o.least = t->wavelength_count > 0 ? -1e30f : 0;
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) o.waves[k] = sqrtf(t->wavelengths[k] / t->wavelengths[1]);
     for (i = 0; i < f->instance_count; i++) {
         if (!lflare_patch_resolve(t, f, f->instances[i], &patch)) continue;
+        o.spectrum = patch.spectrum;
+        o.color = patch.color;
         o.iris_soft = t->iris.mask != NULL ? patch.iris_soft / f->pixel : 0; /* a mask is looked up everywhere */
         for (k = 0; k + 1 < LFLARE_PATCH_RINGS; k++) lflare__quads_draw(patch.inside[k], patch.inside[k + 1], f, &o, image, begin, end);
         o.iris_soft = patch.iris_soft / f->pixel;
@@ -9120,6 +9447,7 @@ typedef struct lflare__glstate {
 typedef struct lflare__gl_frame {
     float half[4], lens[4], spectrum[4], strip[4], burst[3][4];
     float blades[LFLARE_MAX_BLADES][4];
+    float bands[4], spectral[LFLARE_MAX_WAVELENGTHS + 1][8];
     lflare_frame_light lights[LFLARE_GL_MAX_LIGHTS];
 } lflare__gl_frame;
 
@@ -9253,21 +9581,24 @@ static const char *const lflare__glsl_frame[] = {
     "vec4 u_strip;\n"
     "vec4 u_burst[3];\n"
     "vec4 u_blades[16];\n"
-    "vec4 u_lights[960];\n"
+    "vec4 u_bands;\n"
+    "vec4 u_spectral[66];\n"
+    "vec4 u_lights[928];\n"
     "};\n"
     "struct Profile {\n"
     "vec3 soft, ring, inner, outer;\n"
     "};\n"
-    "Profile profile_of(vec3 soft, vec3 ring, float softness)\n"
+    "Profile profile_over(vec3 soft, vec3 ring, float softness, vec3 waves)\n"
     "{\n"
     "Profile p;\n"
     "p.soft = sqrt(soft * soft + vec3(softness * softness)) + vec3(1e-7);\n"
-    "p.ring = min(ring * sqrt(u_spectrum.xyz / u_spectrum.y), 0.4);\n"
+    "p.ring = min(ring * waves, 0.4);\n"
     "p.ring *= step(p.soft, 8.0 * p.ring);\n"
     "p.inner = p.soft + 5.0 * p.ring;\n"
     "p.outer = p.soft + 2.5 * p.ring;\n"
     "return p;\n"
     "}\n"
+    "Profile profile_of(vec3 soft, vec3 ring, float softness) { return profile_over(soft, ring, softness, sqrt(u_spectrum.xyz / u_spectrum.y)); }\n"
     "Profile dark(Profile p)\n"
     "{\n"
     "p.ring = -p.ring;\n"
@@ -9578,21 +9909,22 @@ static const char *const lflare__glsl_patch_frag[] = {
     "#ifndef PATCH_RIM\n"
     "void main() { o_color = vec4(lit(), 0.0); }\n"
     "#else\n"
+    "flat in vec4 v_light;\n"
+    "flat in int v_ghost;\n"
     "in vec4 v_iris01;\n"
     "in vec4 v_iris2;\n"
     "in vec3 v_rim;\n"
     "in vec4 v_bulge;\n"
-    "void cut_slope(vec3 over, vec3 gx, vec3 gy, float soft, float ring, float softness, bool is_dark)\n"
+    "void cut_slope(vec3 over, vec3 gx, vec3 gy, float soft, float ring, float softness, bool is_dark, bool blend, vec3 waves)\n"
     "{\n"
     "vec3 g = max(sqrt(gx * gx + gy * gy), vec3(1e-20)), pixels = min(g, 0.6);\n"
-    "Profile p = profile_of(soft * pixels, ring * pixels, softness);\n"
+    "Profile p = profile_over(soft * pixels, ring * pixels, blend ? length(vec2(softness, 0.3575 * (over.z - over.x))) : softness, waves);\n"
     "if (is_dark) p = dark(p);\n"
     "cut(p, -over, -gx / g, -gy / g);\n"
     "}\n"
-    "void main()\n"
+    "vec3 covered(vec3 hx, vec3 hy, vec3 rim, bool blend, vec3 waves)\n"
     "{\n"
-    "vec3 hx = vec3(v_iris01.xz, v_iris2.x), hy = vec3(v_iris01.yw, v_iris2.y);\n"
-    "vec3 xx = dFdx(hx), xy = dFdy(hx), yx = dFdx(hy), yy = dFdy(hy), rim_x = dFdx(v_rim), rim_y = dFdy(v_rim);\n"
+    "vec3 xx = dFdx(hx), xy = dFdy(hx), yx = dFdx(hy), yy = dFdy(hy), rim_x = dFdx(rim), rim_y = dFdy(rim);\n"
     "float turn = fract(v_bulge.x), bend = v_bulge.y * (1.0 - 2.0 * turn);\n"
     "int blades = int(u_spectrum.w);\n"
     "uncut();\n"
@@ -9600,31 +9932,42 @@ static const char *const lflare__glsl_patch_frag[] = {
     "vec4 b = blades > 0 ? u_blades[i] : vec4(0.0, 0.0, 0.0, 1.0);\n"
     "if (b.w > 0.0) {\n"
     "vec3 ax = hx + b.x * b.z, ay = hy + b.y * b.z, far = sqrt(ax * ax + ay * ay), inverse = 1.0 / max(far, vec3(1e-20));\n"
-    "cut_slope(far - b.w, (ax * xx + ay * yx) * inverse, (ax * xy + ay * yy) * inverse, v_iris2.w, v_bulge.z, u_strip.w, u_strip.z > 2.0);\n"
+    "cut_slope(far - b.w, (ax * xx + ay * yx) * inverse, (ax * xy + ay * yy) * inverse, v_iris2.w, v_bulge.z, u_strip.w, u_strip.z > 2.0, blend, waves);\n"
     "} else {\n"
-    "cut_slope(b.x * hx + b.y * hy - b.z, b.x * xx + b.y * yx, b.x * xy + b.y * yy, v_iris2.w, v_bulge.z, u_strip.w, u_strip.z > 2.0);\n"
+    "cut_slope(b.x * hx + b.y * hy - b.z, b.x * xx + b.y * yx, b.x * xy + b.y * yy, v_iris2.w, v_bulge.z, u_strip.w, u_strip.z > 2.0, blend, waves);\n"
     "}\n"
     "}\n"
-    "cut_slope(v_rim - 1.0 - v_bulge.y * turn * (1.0 - turn), rim_x - bend * dFdx(v_bulge.x), rim_y - bend * dFdy(v_bulge.x), v_iris2.z, v_bulge.w, 0.0, false);\n"
+    "cut_slope(rim - 1.0 - v_bulge.y * turn * (1.0 - turn), rim_x - bend * dFdx(v_bulge.x), rim_y - bend * dFdy(v_bulge.x), v_iris2.z, v_bulge.w, 0.0, false, blend, waves);\n"
     "vec3 open = within();\n"
     "#ifdef FRINGES\n"
     "if (u_strip.z > 0.0) {\n"
     "vec3 slope = min(sqrt(0.5 * (xx * xx + xy * xy + yx * yx + yy * yy)), 0.6);\n"
-    "open *= mask(hx, hy, profile_of(v_iris2.w * slope, v_bulge.z * slope, 0.0));\n"
+    "open *= mask(hx, hy, profile_over(v_iris2.w * slope, v_bulge.z * slope, 0.0, waves));\n"
     "}\n"
     "#endif\n"
-    "o_color = vec4(lit() * open, 0.0);\n"
+    "return open;\n"
+    "}\n"
+    "void main()\n"
+    "{\n"
+    "vec3 hx = vec3(v_iris01.xz, v_iris2.x), hy = vec3(v_iris01.yw, v_iris2.y), light = lit(), sum = vec3(0.0);\n"
+    "int count = int(v_light.w);\n"
+    "if (count == 0) sum = light * covered(hx, hy, v_rim, false, sqrt(u_spectrum.xyz / u_spectrum.y));\n"
+    "for (int i = 0; i < count; i += 3) {\n"
+    "mat3 places = mat3(place_shares(i), place_shares(i + 1), place_shares(i + 2));\n"
+    "vec3 waves = sqrt(vec3(u_spectral[2 * i].w, u_spectral[2 * i + 2].w, u_spectral[2 * i + 4].w) / u_spectrum.y);\n"
+    "vec3 open = max(light, 0.0) * mat3(weight_shares(i), weight_shares(i + 1), weight_shares(i + 2)) * covered(hx * places, hy * places, v_rim * places, true, waves);\n"
+    "sum += open.x * colours(v_ghost, i).rgb + open.y * colours(v_ghost, i + 1).rgb + open.z * colours(v_ghost, i + 2).rgb;\n"
+    "}\n"
+    "o_color = vec4(sum * v_light.rgb, 0.0);\n"
     "}\n"
     "#endif\n"
     , NULL};
 static const char *const lflare__glsl_patch_vert[] = {
     "uniform highp sampler2D u_mesh_table;\n"
-    "uniform highp sampler2D u_mesh_heads;\n"
     "uniform highp usampler2D u_visibility;\n"
     "invariant gl_Position;\n"
     "in uvec4 a_instance;\n"
-    "const int KNOT_TEXELS = 2, DIRECTIONS = 9, RINGS = 5, BANDS = 3, HEADS_ROW = 1024, MESH_ROW = 2048;\n"
-    "const float PIXEL_VARIANCE = 0.715 * 0.715 / 5.0;\n"
+    "const int KNOT_TEXELS = 2, DIRECTIONS = 9, RINGS = 5, BANDS = 3, MESH_ROW = 2048;\n"
     "centroid out vec3 v_irradiance, v_flux;\n"
     "centroid out float v_most;\n"
     "out vec2 v_entrance;\n"
@@ -9632,42 +9975,48 @@ static const char *const lflare__glsl_patch_vert[] = {
     "out vec4 v_iris01, v_iris2;\n"
     "out vec3 v_rim;\n"
     "out vec4 v_bulge;\n"
+    "flat out vec4 v_light;\n"
+    "flat out int v_ghost;\n"
     "#endif\n"
-    "vec4 head(int i) { return texelFetch(u_mesh_heads, ivec2(i % HEADS_ROW, i / HEADS_ROW), 0); }\n"
     "vec4 mesh(int i) { return texelFetch(u_mesh_table, ivec2(i % MESH_ROW, i / MESH_ROW), 0); }\n"
     "int g_knot, g_size;\n"
     "int g_between;\n"
     "int g_rings, g_directions;\n"
     "int g_texels;\n"
-    "float g_lamp;\n"
     "vec4 g_shares;\n"
-    "vec4 smooth_texel(int i)\n"
+    "int g_mesh;\n"
+    "int g_next;\n"
+    "vec4 smooth_of(int i)\n"
     "{\n"
     "i += g_knot;\n"
     "return g_shares.x * mesh(i) + g_shares.y * mesh(i + g_size) + g_shares.z * mesh(i + 2 * g_size) + g_shares.w * mesh(i + 3 * g_size);\n"
     "}\n"
-    "vec4 kept_texel(int i)\n"
+    "vec4 kept_of(int i)\n"
     "{\n"
     "i += g_knot;\n"
     "vec4 k0 = mesh(i), k1 = mesh(i + g_size), k2 = mesh(i + 2 * g_size), k3 = mesh(i + 3 * g_size);\n"
     "vec4 a = g_between == 0 ? k0 : g_between == 1 ? k1 : k2, b = g_between == 0 ? k1 : g_between == 1 ? k2 : k3, least = min(a, b), most = max(a, b);\n"
     "return clamp(g_shares.x * k0 + g_shares.y * k1 + g_shares.z * k2 + g_shares.w * k3, least - 0.1 * (most - least), most + 0.1 * (most - least));\n"
     "}\n"
+    "vec4 smooth_texel(int i)\n"
+    "{\n"
+    "if (g_mesh < 0) return smooth_of(i);\n"
+    "vec3 s = place_shares(g_mesh);\n"
+    "return s.x * smooth_of(i) + s.y * smooth_of(i + g_next) + s.z * smooth_of(i + 2 * g_next);\n"
+    "}\n"
+    "vec4 kept_texel(int i)\n"
+    "{\n"
+    "if (g_mesh < 0) return kept_of(i);\n"
+    "vec4 a = kept_of(i), b = kept_of(i + g_next), c = kept_of(i + 2 * g_next);\n"
+    "vec3 s = place_shares(g_mesh);\n"
+    "return vec4(dot(weight_shares(g_mesh), vec3(a.x, b.x, c.x)), s.x * a.yzw + s.y * b.yzw + s.z * c.yzw);\n"
+    "}\n"
     "int vertex(int ring, int direction) { return KNOT_TEXELS + (ring * (g_directions + 1) + direction) * g_texels; }\n"
     "float last(int ring, int direction) { return smooth_texel(vertex(ring, direction) + g_texels - 1).w; }\n"
-    "float soft(float lamp)\n"
-    "{\n"
-    "lamp *= g_lamp;\n"
-    "return sqrt(5.0 * (PIXEL_VARIANCE * u_lens.x * u_lens.x + 0.25 * lamp * lamp));\n"
-    "}\n"
-    "float fringe(float shrink, float lamp, float scale)\n"
-    "{\n"
-    "return (u_burst[2].w >= 0.0 ? scale : 0.0) * sqrt(0.5 * u_spectrum.y * sqrt(abs(shrink)) * abs(lamp));\n"
-    "}\n"
     "void main()\n"
     "{\n"
     "int ghost = int(a_instance.x) * 4, light = int(a_instance.y) * 4, patch_index = int(a_instance.z);\n"
-    "vec4 h0 = head(ghost), h1 = head(ghost + 1), style0 = head(ghost + 2), style1 = head(ghost + 3);\n"
+    "vec4 h0 = ghosts(ghost), h1 = ghosts(ghost + 1), style0 = ghosts(ghost + 2), style1 = ghosts(ghost + 3);\n"
     "vec4 l0 = u_lights[light], l1 = u_lights[light + 1], l2 = u_lights[light + 2];\n"
     "vec2 slope = l0.xy, axis = l0.zw;\n"
     "vec3 irradiance = l2.yzw * u_strip.y;\n"
@@ -9679,19 +10028,20 @@ static const char *const lflare__glsl_patch_vert[] = {
     "#ifdef PATCH_RIM\n"
     "v_iris01 = v_iris2 = vec4(1.0);\n"
     "v_rim = vec3(1.0);\n"
-    "v_bulge = vec4(0.0);\n"
+    "v_bulge = v_light = vec4(0.0);\n"
+    "v_ghost = int(a_instance.x);\n"
     "#endif\n"
     "if (place < int(u_strip.x)) irradiance *= uintBitsToFloat(texelFetch(u_visibility, ivec2(place, 0), 0).r);\n"
     "g_directions = int(h0.y);\n"
     "g_rings = int(h0.z);\n"
     "int sectors = g_directions / 4, blocks = g_rings / 4, mesh_index = patch_index / (sectors * blocks), block = patch_index / sectors % blocks;\n"
-    "bool ragged = (int(h1.y) >> mesh_index & 1) != 0, split_mesh = h1.z > 1.0;\n"
+    "bool split_mesh = h1.z > 1.0, mixed = split_mesh && u_bands.x > 0.0, ragged = (int(h1.y) >> (mixed ? 0 : mesh_index) & 1) != 0;\n"
     "#ifdef PATCH_STRIP\n"
+    ,
     "bool drawn = ragged || block == blocks - 1;\n"
     "#else\n"
     "bool drawn = !ragged;\n"
     "#endif\n"
-    ,
     "if (!(l1.y < h1.x) || !drawn || !(irradiance.x + irradiance.y + irradiance.z > 0.0)) return;\n"
     "int knots = (int(h1.y) & 8) != 0 ? 23 : 12;\n"
     "float at = (1.0 - sqrt(max(1.0 - l1.y / h1.x, 0.0))) * float(knots - 1);\n"
@@ -9699,11 +10049,13 @@ static const char *const lflare__glsl_patch_vert[] = {
     "float f = at - float(first), scale = style0.w;\n"
     "g_shares = vec4(-(f - 1.0) * (f - 2.0) * (f - 3.0) / 6.0, f * (f - 2.0) * (f - 3.0) / 2.0, -f * (f - 1.0) * (f - 3.0) / 2.0, f * (f - 1.0) * (f - 2.0) / 6.0);\n"
     "g_size = int(h1.w);\n"
-    "g_knot = int(h0.x) + (mesh_index * knots + first) * g_size;\n"
+    "g_next = knots * g_size;\n"
+    "g_mesh = mixed ? mesh_index : -1;\n"
+    "g_knot = int(h0.x) + ((mixed ? 0 : mesh_index) * knots + first) * g_size;\n"
     "g_texels = split_mesh ? 3 : 5;\n"
     "g_lamp = l1.z * scale;\n"
     "g_between = int(min(f, 2.0));\n"
-    "int whole_at = g_knot + g_between * g_size;\n"
+    "int whole_at = g_knot + g_between * g_size + (mixed ? g_next : 0);\n"
     "vec4 whole = mix(mesh(whole_at), mesh(whole_at + g_size), f - float(g_between)), bounds = mix(mesh(whole_at + 1), mesh(whole_at + 1 + g_size), f - float(g_between));\n"
     "float lamp = whole.y * l1.z, entrance = max(whole.z, 1e-6), spread = min(h0.w / entrance, 0.5 * u_half.x);\n"
     "float least = sqrt(2.25 * u_lens.x * u_lens.x + spread * spread + lamp * lamp);\n"
@@ -9713,7 +10065,7 @@ static const char *const lflare__glsl_patch_vert[] = {
     "size2 *= size2;\n"
     "float wash = PIXEL_VARIANCE * u_lens.x * u_lens.x + 0.25 * g_lamp * g_lamp * whole.y * whole.y, wash5 = max(5.0 * wash, 1e-30);\n"
     "float q = sqrt(size2 / wash5), wide = 2.0 * wash5 * (0.05 + q * (0.1875 + q * (0.25 + q * (0.125 - 0.0125 * q * q))));\n"
-    "irradiance *= size2 / (wash5 <= size2 ? size2 + wash : wide);\n"
+    "float gain = size2 / (wash5 <= size2 ? size2 + wash : wide);\n"
     "int row = gl_VertexID / DIRECTIONS, direction = patch_index % sectors * (DIRECTIONS - 1) + gl_VertexID % DIRECTIONS;\n"
     "float side = direction > g_directions ? -1.0 : 1.0, turn = float(direction);\n"
     "if (direction > g_directions) direction = 2 * g_directions - direction;\n"
@@ -9728,13 +10080,13 @@ static const char *const lflare__glsl_patch_vert[] = {
     "float begin = float(g_rings) * max((split_mesh ? last(g_rings, direction) : edge.w) - max(inner.x, inner.y) - u_strip.w - 0.01, 0.0);\n"
     "float end = float(g_rings) * (1.0 + max(outer.x, outer.y) + u_strip.w + 1.2 * bulge);\n"
     "if (ragged) {\n"
+    ,
     "begin = float(block) / float(blocks) * end;\n"
     "end *= float(block + 1) / float(blocks);\n"
     "}\n"
     "#ifdef PATCH_STRIP\n"
     "at = begin + (end - begin) * float(row) / float(BANDS - 1);\n"
     "#else\n"
-    ,
     "at = min(float(block * (RINGS - 1) + row), begin);\n"
     "#endif\n"
     "int ring = int(clamp(at, 0.0, float(g_rings - 1))), a = vertex(ring, direction);\n"
@@ -9761,7 +10113,11 @@ static const char *const lflare__glsl_patch_vert[] = {
     "#endif\n"
     "}\n"
     "spread_of_shrink = max(spread_of_shrink, 1e-20);\n"
-    "vec3 weight = max(split_mesh ? t1.x * vec3(equal(ivec3(0, 1, 2), ivec3(mesh_index))) : t1.xyz, vec3(0.0)) * irradiance * style0.rgb;\n"
+    "int mesh_or_all = split_mesh ? mesh_index : -1;\n"
+    "vec3 weight = channels(int(a_instance.x), mesh_or_all, max(split_mesh ? t1.xxx : t1.xyz, vec3(0.0))) * gain, light_colour = irradiance * style0.rgb;\n"
+    "#ifndef PATCH_RIM\n"
+    "weight = summed(int(a_instance.x), mesh_or_all, weight) * light_colour;\n"
+    "#endif\n"
     "float shrink = abs(split_mesh ? t1.y : t1.w), flat_share = max(even, clamp(2.0 - shrink / spread_of_shrink, 0.0, 1.0));\n"
     "v_irradiance = (1.0 - flat_share) * weight / max(shrink, spread_of_shrink);\n"
     "v_flux = flat_share * weight * scale * scale;\n"
@@ -9771,11 +10127,18 @@ static const char *const lflare__glsl_patch_vert[] = {
     "v_entrance = vec2(in_at.x * axis.x - in_at.y * axis.y, in_at.x * axis.y + in_at.y * axis.x);\n"
     "v_most = 8.0 / (spread_of_shrink * scale * scale);\n"
     "#ifdef PATCH_RIM\n"
+    "v_light = vec4(light_colour, split_mesh ? 0.0 : u_bands.x);\n"
+    "float apart = 0.0;\n"
+    "if (mixed) {\n"
+    "vec3 d = 0.5 * (place_shares(min(mesh_index + 1, int(u_bands.x) - 1)) - place_shares(max(mesh_index - 1, 0)));\n"
+    "int v = vertex(int(clamp(at, 0.0, float(g_rings))), direction);\n"
+    "apart = 0.715 * scale * length(d.x * smooth_of(v).xy + d.y * smooth_of(v + g_next).xy + d.z * smooth_of(v + 2 * g_next).xy) / u_lens.x;\n"
+    "}\n"
     "mat2 to_sensor = mat2(axis.x, axis.y, -axis.y * side, axis.x * side);\n"
     "if (split_mesh) {\n"
     "vec2 iris = to_sensor * t2.yz;\n"
     "v_iris01 = vec4(iris, iris);\n"
-    "v_iris2 = vec4(iris, soft(t1.w) / u_lens.x, iris_soft / u_lens.x);\n"
+    "v_iris2 = vec4(iris, length(vec2(soft(t1.w) / u_lens.x, apart)), length(vec2(iris_soft / u_lens.x, apart)));\n"
     "v_rim = vec3(t2.x);\n"
     "} else {\n"
     "v_iris01 = vec4(to_sensor * t3.xy, to_sensor * t3.zw);\n"
@@ -9783,12 +10146,44 @@ static const char *const lflare__glsl_patch_vert[] = {
     "v_rim = t2.xyz;\n"
     "}\n"
     "float real_shrink = split_mesh ? t1.y : t1.w;\n"
+    ,
     "v_bulge = vec4(turn, 4.0 * bulge, vec2(fringe(real_shrink, whole.y, scale), fringe(real_shrink, split_mesh ? t1.w : t4.z, scale)) / u_lens.x);\n"
     "#endif\n"
     "vec2 position = vec2(local.x * axis.x - local.y * axis.y, local.x * axis.y + local.y * axis.x);\n"
     "position += u_lens.y * (style1.x * slope + style1.y * vec2(-slope.y, slope.x));\n"
     "gl_Position = vec4(-(position - u_half.zw) / u_half.xy, 0.0, 1.0);\n"
     "}\n"
+    , NULL};
+static const char *const lflare__glsl_patches[] = {
+    "uniform highp sampler2D u_ghosts;\n"
+    "const float PIXEL_VARIANCE = 0.715 * 0.715 / 5.0;\n"
+    "const int SPECTRUM_ROWS = 36;\n"
+    "vec4 ghosts(int i) { return texelFetch(u_ghosts, ivec2(i % 1024, i / 1024), 0); }\n"
+    "vec4 colours(int ghost, int i) { return ghosts(int(u_bands.y) + ghost * SPECTRUM_ROWS + i); }\n"
+    "vec3 place_shares(int i) { return u_spectral[2 * i].xyz; }\n"
+    "vec3 weight_shares(int i) { return u_spectral[2 * i + 1].xyz; }\n"
+    "#ifdef PATCH_VERTEX\n"
+    "float g_lamp;\n"
+    "float soft(float lamp)\n"
+    "{\n"
+    "lamp *= g_lamp;\n"
+    "return sqrt(5.0 * (PIXEL_VARIANCE * u_lens.x * u_lens.x + 0.25 * lamp * lamp));\n"
+    "}\n"
+    "float fringe(float shrink, float lamp, float scale)\n"
+    "{\n"
+    "return (u_burst[2].w >= 0.0 ? scale : 0.0) * sqrt(0.5 * u_spectrum.y * sqrt(abs(shrink)) * abs(lamp));\n"
+    "}\n"
+    "vec3 channels(int ghost, int mesh, vec3 weight)\n"
+    "{\n"
+    "if (u_bands.x > 0.0 && mesh >= 0) return dot(weight_shares(mesh), weight) * colours(ghost, mesh).rgb;\n"
+    "return mesh < 0 ? weight : weight * vec3(equal(ivec3(0, 1, 2), ivec3(mesh)));\n"
+    "}\n"
+    "vec3 summed(int ghost, int mesh, vec3 lit)\n"
+    "{\n"
+    "if (u_bands.x == 0.0 || mesh >= 0) return lit;\n"
+    "return lit.x * colours(ghost, SPECTRUM_ROWS - 3).rgb + lit.y * colours(ghost, SPECTRUM_ROWS - 2).rgb + lit.z * colours(ghost, SPECTRUM_ROWS - 1).rgb;\n"
+    "}\n"
+    "#endif\n"
     , NULL};
 static const char *const lflare__glsl_screen_vert[] = {
     "out vec2 v_place;\n"
@@ -9871,7 +10266,7 @@ static const char *const lflare__glsl_strip_frag[] = {
     "vec4 u_clip[3];\n"
     "vec4 u_region;\n"
     "vec4 u_fade;\n"
-    "vec4 u_disc[240];\n"
+    "vec4 u_disc[232];\n"
     "};\n"
     "uniform highp sampler2D u_depth;\n"
     "uniform highp usampler2D u_before;\n"
@@ -9909,12 +10304,11 @@ static const char *const lflare__glsl_strip_frag[] = {
     , NULL};
 static const char *const lflare__glsl_traced_vert[] = {
     "uniform highp sampler2D u_traced_lens;\n"
-    "uniform highp sampler2D u_traced_ghosts;\n"
     "uniform highp usampler2D u_visibility;\n"
     "invariant gl_Position;\n"
     "in uvec4 a_instance;\n"
     "const int DIRECTIONS = 9, RINGS = 5, BANDS = 3, ROW = 1024, SURFACE = 131, GHOST = 798, OUTLINE = 265, KNOTS = 12, KNOT = 22, SIDES = 17;\n"
-    "const float PIXEL_VARIANCE = 0.715 * 0.715 / 5.0, PI = 3.14159265;\n"
+    "const float PI = 3.14159265;\n"
     "centroid out vec3 v_irradiance, v_flux;\n"
     "centroid out float v_most;\n"
     "out vec2 v_entrance;\n"
@@ -9922,9 +10316,10 @@ static const char *const lflare__glsl_traced_vert[] = {
     "out vec4 v_iris01, v_iris2;\n"
     "out vec3 v_rim;\n"
     "out vec4 v_bulge;\n"
+    "flat out vec4 v_light;\n"
+    "flat out int v_ghost;\n"
     "#endif\n"
     "vec4 lens(int i) { return texelFetch(u_traced_lens, ivec2(i % ROW, i / ROW), 0); }\n"
-    "vec4 ghosts(int i) { return texelFetch(u_traced_ghosts, ivec2(i % ROW, i / ROW), 0); }\n"
     "int g_steps, g_count;\n"
     "float g_sensor, g_slope;\n"
     "mat4 g_shares;\n"
@@ -9991,12 +10386,12 @@ static const char *const lflare__glsl_traced_vert[] = {
     "kept = eta;\n"
     "more = -way * sqrt(max(beyond, 0.0)) - eta * along;\n"
     "}\n"
-    ,
     "r.dx = kept * r.dx + more * nx;\n"
     "r.dy = kept * r.dy + more * ny;\n"
     "r.dz = kept * r.dz + more * nz;\n"
     "}\n"
     "Rays rays_at(vec4 x, vec4 y)\n"
+    ,
     "{\n"
     "float norm = inversesqrt(1.0 + g_slope * g_slope);\n"
     "return Rays(x, y, vec4(0.0), vec4(g_slope * norm), vec4(0.0), vec4(norm), vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0), bvec4(true));\n"
@@ -10076,38 +10471,29 @@ static const char *const lflare__glsl_traced_vert[] = {
     "}\n"
     "return near;\n"
     "}\n"
-    "float g_lamp;\n"
-    "float soft(float lamp)\n"
-    "{\n"
-    "lamp *= g_lamp;\n"
-    "return sqrt(5.0 * (PIXEL_VARIANCE * u_lens.x * u_lens.x + 0.25 * lamp * lamp));\n"
-    "}\n"
-    "float fringe(float shrink, float lamp, float scale)\n"
-    "{\n"
-    "return (u_burst[2].w >= 0.0 ? scale : 0.0) * sqrt(0.5 * u_spectrum.y * sqrt(abs(shrink)) * abs(lamp));\n"
-    "}\n"
     "void main()\n"
     "{\n"
-    ,
     "int ghost = int(a_instance.x) * GHOST, light = int(a_instance.y) * 4, patch_index = int(a_instance.z);\n"
     "vec4 style0 = ghosts(ghost + 1), style1 = ghosts(ghost + 2), l0 = u_lights[light], l1 = u_lights[light + 1], l2 = u_lights[light + 2];\n"
     "vec2 slope = l0.xy, axis = l0.zw;\n"
     "vec3 irradiance = l2.yzw * u_strip.y;\n"
     "int place = int(u_lights[light + 3].x), first = int(a_instance.w), outline = ghost + 3 + OUTLINE;\n"
     "gl_Position = vec4(2.0, 2.0, 0.0, 1.0);\n"
+    ,
     "v_irradiance = v_flux = vec3(0.0);\n"
     "v_entrance = vec2(0.0);\n"
     "v_most = 0.0;\n"
     "#ifdef PATCH_RIM\n"
     "v_iris01 = v_iris2 = vec4(1.0);\n"
     "v_rim = vec3(1.0);\n"
-    "v_bulge = vec4(0.0);\n"
+    "v_bulge = v_light = vec4(0.0);\n"
+    "v_ghost = int(a_instance.x);\n"
     "#endif\n"
     "if (place < int(u_strip.x)) irradiance *= uintBitsToFloat(texelFetch(u_visibility, ivec2(place, 0), 0).r);\n"
     "int code = int(ghosts(outline + 1 + first * KNOT + 2).w), rings = code & 63, directions = (code & 64) != 0 ? 32 : 16;\n"
     "bool split_mesh = (code & 128) != 0, ragged = (code & 256) != 0;\n"
-    "int sectors = directions / 4, blocks = rings / 4, mesh = split_mesh ? patch_index / (sectors * blocks) : 1, block = patch_index / sectors % blocks;\n"
-    "if (split_mesh) outline = ghost + 3 + mesh * OUTLINE;\n"
+    "int sectors = directions / 4, blocks = rings / 4, mesh = split_mesh ? patch_index / (sectors * blocks) : -1, block = patch_index / sectors % blocks;\n"
+    "if (split_mesh && u_bands.x == 0.0) outline = ghost + 3 + mesh * OUTLINE;\n"
     "vec4 h = ghosts(outline);\n"
     "#ifdef PATCH_STRIP\n"
     "bool drawn = ragged || block == blocks - 1;\n"
@@ -10121,8 +10507,10 @@ static const char *const lflare__glsl_traced_vert[] = {
     "g_sensor = path.z;\n"
     "g_slope = l1.x;\n"
     "g_lamp = l1.z * style0.w;\n"
-    "vec4 lead = vec4(equal(ivec4(mesh), ivec4(0, 1, 2, 3)));\n"
-    "g_shares = split_mesh ? mat4(lead, lead, lead, lead) : mat4(vec4(0.0, 1.0, 0.0, 0.0), vec4(1.0, 0.0, 0.0, 0.0), vec4(0.0, 0.0, 1.0, 0.0), vec4(0.0, 1.0, 0.0, 0.0));\n"
+    "int last_mesh = int(u_bands.x) - 1;\n"
+    "vec4 lead = u_bands.x > 0.0 ? vec4(place_shares(max(mesh, 0)), 0.0) : vec4(equal(ivec4(mesh), ivec4(0, 1, 2, 3)));\n"
+    "vec4 before = u_bands.x > 0.0 ? vec4(place_shares(max(mesh - 1, 0)), 0.0) : lead, behind = u_bands.x > 0.0 ? vec4(place_shares(min(mesh + 1, last_mesh)), 0.0) : lead;\n"
+    "g_shares = split_mesh ? mat4(lead, before, behind, lead) : mat4(vec4(0.0, 1.0, 0.0, 0.0), vec4(1.0, 0.0, 0.0, 0.0), vec4(0.0, 0.0, 1.0, 0.0), vec4(0.0, 1.0, 0.0, 0.0));\n"
     "float at = (1.0 - sqrt(max(1.0 - l1.y / h.x, 0.0))) * float(KNOTS - 1), scale = style0.w;\n"
     "g_between = at - float(first);\n"
     "g_knot = outline + 1 + first * KNOT;\n"
@@ -10135,13 +10523,13 @@ static const char *const lflare__glsl_traced_vert[] = {
     "size2 *= size2;\n"
     "float wash = PIXEL_VARIANCE * u_lens.x * u_lens.x + 0.25 * g_lamp * g_lamp * whole.x * whole.x, wash5 = max(5.0 * wash, 1e-30);\n"
     "float q = sqrt(size2 / wash5), far = 2.0 * wash5 * (0.05 + q * (0.1875 + q * (0.25 + q * (0.125 - 0.0125 * q * q))));\n"
-    "irradiance *= size2 / (wash5 <= size2 ? size2 + wash : far);\n"
+    "float gain = size2 / (wash5 <= size2 ? size2 + wash : far);\n"
     "int row = gl_VertexID / DIRECTIONS, direction = patch_index % sectors * (DIRECTIONS - 1) + gl_VertexID % DIRECTIONS;\n"
     "float side = direction > directions ? -1.0 : 1.0, turn = float(direction);\n"
     "if (direction > directions) direction = 2 * directions - direction;\n"
-    ,
     "float beside_at = float(direction) * float(SIDES - 1) / float(directions);\n"
     "int beside_first = int(min(beside_at, float(SIDES - 2)));\n"
+    ,
     "vec4 beside = mix(knot(5 + beside_first), knot(6 + beside_first), beside_at - float(beside_first));\n"
     "float about = whole.y / entrance, iris_soft = soft(whole.x), widest = sqrt(u_spectrum.x / u_spectrum.y);\n"
     "float inverse = 1.1 / max(scale * beside.z + abs(grown) * whole.z, 1.5 * u_lens.x);\n"
@@ -10187,10 +10575,13 @@ static const char *const lflare__glsl_traced_vert[] = {
     "vec2 radial = shape.yz * toward * beside.x / float(rings), around = shape.yz * vec2(-toward.y, toward.x) * (PI / float(directions) * at);\n"
     "float shrink = whole_ray ? middle.x * middle.w - middle.y * middle.z : 0.0;\n"
     "float spread = whole_ray ? max(max(abs(dot(grows, radial)), abs(dot(grows, around))), 1e-20) : 1e30;\n"
-    ,
     "float flat_share = max(even, clamp(2.0 - abs(shrink) / spread, 0.0, 1.0)), chord = length(around);\n"
     "if (!split_mesh) weight.rb *= brighter.xy;\n"
-    "vec3 flux = (split_mesh ? vec3(equal(ivec3(0, 1, 2), ivec3(mesh))) : vec3(1.0)) * weight * irradiance * style0.rgb;\n"
+    ,
+    "vec3 flux = channels(int(a_instance.x), mesh, weight) * gain, light_colour = irradiance * style0.rgb;\n"
+    "#ifndef PATCH_RIM\n"
+    "flux = summed(int(a_instance.x), mesh, flux) * light_colour;\n"
+    "#endif\n"
     "if (flat_share < 1.0) v_irradiance = (1.0 - flat_share) * flux / max(abs(shrink), spread);\n"
     "v_flux = flat_share * flux * scale * scale;\n"
     "v_most = 8.0 / ((whole_ray ? spread : max(about * about, 1e-20)) * scale * scale);\n"
@@ -10198,6 +10589,9 @@ static const char *const lflare__glsl_traced_vert[] = {
     "vec2 in_at = vec2(ray_at.x - shape.x, side * ray_at.y), local = vec2(centre + scale * (own.sensor_x.x - centre), scale * side * own.sensor_y.x) + grown * in_at;\n"
     "v_entrance = vec2(in_at.x * axis.x - in_at.y * axis.y, in_at.x * axis.y + in_at.y * axis.x);\n"
     "#ifdef PATCH_RIM\n"
+    "v_light = vec4(light_colour, split_mesh ? 0.0 : u_bands.x);\n"
+    "float apart = 0.0;\n"
+    "if (split_mesh && own.arrives.y && own.arrives.z) apart = 0.715 * 0.5 * scale * length(vec2(own.sensor_x.z - own.sensor_x.y, own.sensor_y.z - own.sensor_y.y)) / u_lens.x;\n"
     "vec4 off_x = own.sensor_x.x - own.sensor_x, off_y = own.sensor_y.x - own.sensor_y;\n"
     "bvec4 matched = bvec4(!split_mesh && whole_ray && abs(shrink) > 1e-20);\n"
     "matched = both(matched, own.arrives);\n"
@@ -10210,7 +10604,7 @@ static const char *const lflare__glsl_traced_vert[] = {
     "vec4 rims = max(mix(own.relative.xxxx, own.relative, matched) + slopes_x.z * move_x + slopes_y.z * move_y, 0.0);\n"
     "mat2 to_sensor = mat2(axis.x, axis.y, -axis.y * side, axis.x * side);\n"
     "v_iris01 = vec4(to_sensor * vec2(stop_x.y, stop_y.y), to_sensor * vec2(stop_x.x, stop_y.x));\n"
-    "v_iris2 = vec4(to_sensor * vec2(stop_x.z, stop_y.z), soft(beside.w) / u_lens.x, iris_soft / u_lens.x);\n"
+    "v_iris2 = vec4(to_sensor * vec2(stop_x.z, stop_y.z), length(vec2(soft(beside.w) / u_lens.x, apart)), length(vec2(iris_soft / u_lens.x, apart)));\n"
     "v_rim = rims.yxz;\n"
     "v_bulge = vec4(turn, 4.0 * clamp(0.125 * chord * chord * curved, 0.0, 0.05), vec2(fringe(shrink, whole.x, scale), fringe(shrink, beside.w, scale)) / u_lens.x);\n"
     "#endif\n"
@@ -10285,26 +10679,26 @@ static void lflare__gl_restore(const lflare_gl *o, const lflare__glstate *s)
 #undef LFLARE__GL_RESTORE
 }
 
-/* What the programs are made of; `cuts` goes before the fragment shader alone. */
+/* What the programs are made of; `shared` and `patches` go before both shaders, `cuts` before the fragment shader alone. */
 typedef struct lflare__gl_source {
-    const char *define, *const *shared, *const *vertex, *const *cuts, *const *fragment, *block, *samplers[LFLARE__GL_UNITS];
+    const char *define, *const *shared, *const *patches, *const *vertex, *const *cuts, *const *fragment, *block, *samplers[LFLARE__GL_UNITS];
 } lflare__gl_source;
 
 static const lflare__gl_source lflare__gl_sources[LFLARE__GL_PROGRAMS] = {
-    {"#define RIM\n", lflare__glsl_frame, lflare__glsl_ghost_vert, lflare__glsl_cuts, lflare__glsl_ghost_frag, "lflare_frame", {"u_lens_table", "u_settings_table", "u_visibility", NULL, NULL}},
-    {"#define RIM\n#define FRINGES\n", lflare__glsl_frame, lflare__glsl_ghost_vert, lflare__glsl_cuts, lflare__glsl_ghost_frag, "lflare_frame", {"u_lens_table", "u_settings_table", "u_visibility", "u_mask", "u_ringing", "u_fringed"}},
-    {"#define INSIDE\n", lflare__glsl_frame, lflare__glsl_ghost_vert, lflare__glsl_cuts, lflare__glsl_ghost_frag, "lflare_frame", {"u_lens_table", "u_settings_table", "u_visibility", NULL, NULL}},
-    {"", NULL, lflare__glsl_screen_vert, NULL, lflare__glsl_strip_frag, "lflare_strip", {"u_depth", "u_before", NULL, NULL, NULL}},
-    {"", NULL, lflare__glsl_screen_vert, NULL, lflare__glsl_add_frag, NULL, {"u_half_picture", NULL, NULL, NULL, NULL}},
-    {"#define PATCH\n", lflare__glsl_frame, lflare__glsl_patch_vert, NULL, lflare__glsl_patch_frag, "lflare_frame", {"u_mesh_table", "u_mesh_heads", "u_visibility", NULL, NULL}},
-    {"#define PATCH_RIM\n#define PATCH_STRIP\n", lflare__glsl_frame, lflare__glsl_patch_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_mesh_table", "u_mesh_heads", "u_visibility", NULL, NULL}},
-    {"#define PATCH_RIM\n#define PATCH_STRIP\n#define FRINGES\n", lflare__glsl_frame, lflare__glsl_patch_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_mesh_table", "u_mesh_heads", "u_visibility", "u_mask", "u_ringing", "u_fringed"}},
-    {"#define PATCH_RIM\n#define FRINGES\n", lflare__glsl_frame, lflare__glsl_patch_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_mesh_table", "u_mesh_heads", "u_visibility", "u_mask", "u_ringing", "u_fringed"}},
-    {"#define PATCH\n", lflare__glsl_frame, lflare__glsl_traced_vert, NULL, lflare__glsl_patch_frag, "lflare_frame", {"u_traced_lens", "u_traced_ghosts", "u_visibility", NULL, NULL}},
-    {"#define PATCH_RIM\n#define PATCH_STRIP\n", lflare__glsl_frame, lflare__glsl_traced_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_traced_lens", "u_traced_ghosts", "u_visibility", NULL, NULL}},
-    {"#define PATCH_RIM\n#define PATCH_STRIP\n#define FRINGES\n", lflare__glsl_frame, lflare__glsl_traced_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_traced_lens", "u_traced_ghosts", "u_visibility", "u_mask", "u_ringing", "u_fringed"}},
-    {"#define PATCH_RIM\n#define FRINGES\n", lflare__glsl_frame, lflare__glsl_traced_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_traced_lens", "u_traced_ghosts", "u_visibility", "u_mask", "u_ringing", "u_fringed"}},
-    {"", lflare__glsl_frame, lflare__glsl_starburst_vert, NULL, lflare__glsl_starburst_frag, "lflare_frame", {"u_angular", "u_radial", "u_visibility", NULL, NULL}}};
+    {"#define RIM\n", lflare__glsl_frame, NULL, lflare__glsl_ghost_vert, lflare__glsl_cuts, lflare__glsl_ghost_frag, "lflare_frame", {"u_lens_table", "u_settings_table", "u_visibility", NULL, NULL}},
+    {"#define RIM\n#define FRINGES\n", lflare__glsl_frame, NULL, lflare__glsl_ghost_vert, lflare__glsl_cuts, lflare__glsl_ghost_frag, "lflare_frame", {"u_lens_table", "u_settings_table", "u_visibility", "u_mask", "u_ringing", "u_fringed"}},
+    {"#define INSIDE\n", lflare__glsl_frame, NULL, lflare__glsl_ghost_vert, lflare__glsl_cuts, lflare__glsl_ghost_frag, "lflare_frame", {"u_lens_table", "u_settings_table", "u_visibility", NULL, NULL}},
+    {"", NULL, NULL, lflare__glsl_screen_vert, NULL, lflare__glsl_strip_frag, "lflare_strip", {"u_depth", "u_before", NULL, NULL, NULL}},
+    {"", NULL, NULL, lflare__glsl_screen_vert, NULL, lflare__glsl_add_frag, NULL, {"u_half_picture", NULL, NULL, NULL, NULL}},
+    {"#define PATCH\n", lflare__glsl_frame, lflare__glsl_patches, lflare__glsl_patch_vert, NULL, lflare__glsl_patch_frag, "lflare_frame", {"u_mesh_table", "u_ghosts", "u_visibility", NULL, NULL}},
+    {"#define PATCH_RIM\n#define PATCH_STRIP\n", lflare__glsl_frame, lflare__glsl_patches, lflare__glsl_patch_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_mesh_table", "u_ghosts", "u_visibility", NULL, NULL}},
+    {"#define PATCH_RIM\n#define PATCH_STRIP\n#define FRINGES\n", lflare__glsl_frame, lflare__glsl_patches, lflare__glsl_patch_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_mesh_table", "u_ghosts", "u_visibility", "u_mask", "u_ringing", "u_fringed"}},
+    {"#define PATCH_RIM\n#define FRINGES\n", lflare__glsl_frame, lflare__glsl_patches, lflare__glsl_patch_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_mesh_table", "u_ghosts", "u_visibility", "u_mask", "u_ringing", "u_fringed"}},
+    {"#define PATCH\n", lflare__glsl_frame, lflare__glsl_patches, lflare__glsl_traced_vert, NULL, lflare__glsl_patch_frag, "lflare_frame", {"u_traced_lens", "u_ghosts", "u_visibility", NULL, NULL}},
+    {"#define PATCH_RIM\n#define PATCH_STRIP\n", lflare__glsl_frame, lflare__glsl_patches, lflare__glsl_traced_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_traced_lens", "u_ghosts", "u_visibility", NULL, NULL}},
+    {"#define PATCH_RIM\n#define PATCH_STRIP\n#define FRINGES\n", lflare__glsl_frame, lflare__glsl_patches, lflare__glsl_traced_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_traced_lens", "u_ghosts", "u_visibility", "u_mask", "u_ringing", "u_fringed"}},
+    {"#define PATCH_RIM\n#define FRINGES\n", lflare__glsl_frame, lflare__glsl_patches, lflare__glsl_traced_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_traced_lens", "u_ghosts", "u_visibility", "u_mask", "u_ringing", "u_fringed"}},
+    {"", lflare__glsl_frame, NULL, lflare__glsl_starburst_vert, NULL, lflare__glsl_starburst_frag, "lflare_frame", {"u_angular", "u_radial", "u_visibility", NULL, NULL}}};
 
 static lflare_result lflare__gl_shader(lflare_gl *o, lflare__glenum kind, const lflare__gl_source *source, const lflare_gl_desc *desc, lflare_error *error,
                                        lflare__gluint *out)
@@ -10312,15 +10706,17 @@ static lflare_result lflare__gl_shader(lflare_gl *o, lflare__glenum kind, const 
     static const char *const preludes[2] = {"#version 330 core\n", "#version 300 es\nprecision highp float;\nprecision highp int;\n"};
     const lflare__glapi *gl = &o->api;
     const char *const *body = kind == 0x8B31 ? source->vertex : source->fragment;
-    const char *pieces[24];
+    const char *pieces[32];
     lflare__glint done = 0;
     int count = 0, i;
     pieces[count++] = preludes[o->es];
     pieces[count++] = source->define;
     for (i = 0; source->shared != NULL && source->shared[i] != NULL; i++) pieces[count++] = source->shared[i];
+    if (kind == 0x8B31) pieces[count++] = "#define PATCH_VERTEX\n";
+    for (i = 0; source->patches != NULL && source->patches[i] != NULL; i++) pieces[count++] = source->patches[i];
     for (i = 0; kind == 0x8B30 && source->cuts != NULL && source->cuts[i] != NULL; i++) pieces[count++] = source->cuts[i];
     for (i = 0; body[i] != NULL; i++) pieces[count++] = body[i];
-    LFLARE_ASSERT(count <= 24);
+    LFLARE_ASSERT(count <= 32);
     *out = gl->CreateShader(kind);
     gl->ShaderSource(*out, count, pieces, NULL);
     gl->CompileShader(*out);
@@ -10561,31 +10957,6 @@ static lflare_result lflare__gl_upload_rows(lflare_gl *o, lflare__gluint texture
     return LFLARE_OK;
 }
 
-/* The meshes as they stand in the tables, whose rows of LFLARE__MESH_ROW texels are whole; their heads with the ghosts' style. */
-static lflare_result lflare__gl_upload_meshes(lflare_gl *o, const lflare_tables *t)
-{
-    lflare_result result;
-    if (!(o->uploaded & 4) || o->mesh_hash != t->mesh_hash) {
-        size_t lines = (t->mesh_texels + LFLARE__MESH_ROW - 1) / LFLARE__MESH_ROW;
-        if (lines > (size_t)o->max_size) return LFLARE_ERROR_LIMIT;
-        lflare__gl_unpack(o);
-        lflare__gl_texture(&o->api, o->textures[LFLARE__GL_MESH], &lflare__gl_rgba32f, LFLARE__MESH_ROW, (int32_t)lines, t->mesh);
-        o->mesh_hash = t->mesh_hash;
-        o->uploaded |= 4;
-    }
-    if (!(o->uploaded & 8) || o->heads_hash != t->settings_hash + t->mesh_hash) {
-        o->uploaded &= ~8;
-        lflare__gl_unpack(o);
-        result = lflare__gl_upload_rows(o, o->textures[LFLARE__GL_MESH_HEADS], t->ghost_count, (LFLARE_MESH_HEAD_FLOATS + LFLARE_STYLE_FLOATS) / 4, t->mesh_head,
-                                        LFLARE_MESH_HEAD_FLOATS, t->style, LFLARE_STYLE_FLOATS);
-        if (result != LFLARE_OK) return result;
-        o->heads_hash = t->settings_hash + t->mesh_hash;
-        o->uploaded |= 8;
-    }
-    return LFLARE_OK;
-}
-
-#ifndef LFLARE_NO_TRACE
 /* Rows of floats in a texture, made in a block of whole lines that `fill` writes. */
 static lflare_result lflare__gl_upload_block(lflare_gl *o, lflare__gluint texture, size_t texels, const lflare_tables *t, void (*fill)(const lflare_tables *t, float *out))
 {
@@ -10602,6 +10973,43 @@ static lflare_result lflare__gl_upload_block(lflare_gl *o, lflare__gluint textur
     return LFLARE_OK;
 }
 
+static size_t lflare__gl_head_texels(const lflare_tables *t) { return (size_t)t->ghost_count * ((LFLARE_MESH_HEAD_FLOATS + LFLARE_STYLE_FLOATS) / 4); }
+static size_t lflare__gl_spectrum_texels(const lflare_tables *t) { return t->wavelength_count > 0 ? (size_t)t->ghost_count * LFLARE_SPECTRUM_ROWS : 0; }
+
+/* The meshes' heads with the ghosts' style; colours. */
+static void lflare__gl_fill_heads(const lflare_tables *t, float *out)
+{
+    int32_t g;
+    for (g = 0; g < t->ghost_count; g++, out += LFLARE_MESH_HEAD_FLOATS + LFLARE_STYLE_FLOATS) {
+        memcpy(out, t->mesh_head + (size_t)g * LFLARE_MESH_HEAD_FLOATS, sizeof(float) * LFLARE_MESH_HEAD_FLOATS);
+        memcpy(out + LFLARE_MESH_HEAD_FLOATS, t->style + (size_t)g * LFLARE_STYLE_FLOATS, sizeof(float) * LFLARE_STYLE_FLOATS);
+    }
+    if (t->wavelength_count > 0) memcpy(out, t->spectrum, sizeof(float) * 4 * lflare__gl_spectrum_texels(t));
+}
+
+/* The meshes as they stand in the tables, whose rows of LFLARE__MESH_ROW texels are whole; their heads. */
+static lflare_result lflare__gl_upload_meshes(lflare_gl *o, const lflare_tables *t)
+{
+    lflare_result result;
+    if (!(o->uploaded & 4) || o->mesh_hash != t->mesh_hash) {
+        size_t lines = (t->mesh_texels + LFLARE__MESH_ROW - 1) / LFLARE__MESH_ROW;
+        if (lines > (size_t)o->max_size) return LFLARE_ERROR_LIMIT;
+        lflare__gl_unpack(o);
+        lflare__gl_texture(&o->api, o->textures[LFLARE__GL_MESH], &lflare__gl_rgba32f, LFLARE__MESH_ROW, (int32_t)lines, t->mesh);
+        o->mesh_hash = t->mesh_hash;
+        o->uploaded |= 4;
+    }
+    if (!(o->uploaded & 8) || o->heads_hash != t->settings_hash + t->mesh_hash) {
+        o->uploaded &= ~8;
+        result = lflare__gl_upload_block(o, o->textures[LFLARE__GL_MESH_HEADS], lflare__gl_head_texels(t) + lflare__gl_spectrum_texels(t), t, lflare__gl_fill_heads);
+        if (result != LFLARE_OK) return result;
+        o->heads_hash = t->settings_hash + t->mesh_hash;
+        o->uploaded |= 8;
+    }
+    return LFLARE_OK;
+}
+
+#ifndef LFLARE_NO_TRACE
 enum { LFLARE__TRACED_SURFACE = LFLARE_SURFACE_FLOATS + 4 * LFLARE_FILM_SAMPLES, LFLARE__TRACED_GHOST = 4 + LFLARE_STYLE_FLOATS + LFLARE_OUTLINE_FLOATS };
 
 static void lflare__gl_fill_lens(const lflare_tables *t, float *out)
@@ -10613,7 +11021,7 @@ static void lflare__gl_fill_lens(const lflare_tables *t, float *out)
     }
 }
 
-/* A ghost's steps, its style, its outlines; then the steps of all. */
+/* A ghost's steps, its style, its outlines; then the steps of all; colours. */
 static void lflare__gl_fill_ghosts(const lflare_tables *t, float *out)
 {
     lflare__tracer tracer;
@@ -10628,13 +11036,12 @@ static void lflare__gl_fill_ghosts(const lflare_tables *t, float *out)
         memcpy(out + 4 + LFLARE_STYLE_FLOATS, t->outline + (size_t)g * LFLARE_OUTLINE_FLOATS, sizeof(float) * LFLARE_OUTLINE_FLOATS);
     }
     memcpy(out, t->steps, sizeof(float) * LFLARE_STEP_FLOATS * (size_t)steps);
+    if (t->wavelength_count > 0) memcpy(out + (size_t)steps * LFLARE_STEP_FLOATS, t->spectrum, sizeof(float) * 4 * lflare__gl_spectrum_texels(t));
 }
 
 static size_t lflare__gl_ghost_texels(const lflare_tables *t)
 {
-    lflare_tables copy = *t;
-    size_t outlines = (size_t)t->ghost_count * LFLARE_OUTLINE_FLOATS;
-    return (size_t)t->ghost_count * (LFLARE__TRACED_GHOST / 4) + (lflare_tables_traced(&copy, NULL) - outlines) / 4;
+    return (size_t)t->ghost_count * (LFLARE__TRACED_GHOST / 4) + (size_t)lflare__steps_of(t) * (LFLARE_STEP_FLOATS / 4);
 }
 
 /* What the shader traces with; the ghosts' outlines with their style and steps. */
@@ -10651,7 +11058,7 @@ static lflare_result lflare__gl_upload_traced(lflare_gl *o, const lflare_tables 
     }
     if (!(o->uploaded & 64) || o->traced_hash != hash) {
         o->uploaded &= ~64;
-        result = lflare__gl_upload_block(o, o->textures[LFLARE__GL_TRACED_GHOSTS], lflare__gl_ghost_texels(t), t, lflare__gl_fill_ghosts);
+        result = lflare__gl_upload_block(o, o->textures[LFLARE__GL_TRACED_GHOSTS], lflare__gl_ghost_texels(t) + lflare__gl_spectrum_texels(t), t, lflare__gl_fill_ghosts);
         if (result != LFLARE_OK) return result;
         o->traced_hash = hash;
         o->uploaded |= 64;
@@ -10731,11 +11138,20 @@ static lflare_result lflare__gl_upload(lflare_gl *o, const lflare_tables *t)
     return LFLARE_OK;
 }
 
+/* Where in the ghosts' texture colours are. */
+static size_t lflare__gl_spectrum_at(const lflare_tables *t)
+{
+#ifndef LFLARE_NO_TRACE
+    if (t->model == LFLARE_MODEL_TRACED) return lflare__gl_ghost_texels(t);
+#endif
+    return lflare__gl_head_texels(t);
+}
+
 /* The uniform block of a frame; returns its bytes in use. */
 static size_t lflare__gl_fill_frame(lflare_gl *o, const lflare_tables *t, const lflare_frame_data *f)
 {
     lflare__gl_frame *u = &o->block.frame;
-    int32_t k;
+    int32_t k, i;
     memset(u, 0, offsetof(lflare__gl_frame, lights));
     u->half[0] = f->half_width;
     u->half[1] = f->half_height;
@@ -10760,6 +11176,12 @@ static size_t lflare__gl_fill_frame(lflare_gl *o, const lflare_tables *t, const 
     u->burst[2][3] = t->fringes ? LFLARE__RING_LEAST * t->mean_irradiance : -1;
     u->burst[1][3] = t->streak_half[1];
     memcpy(u->blades, t->iris.blades, sizeof u->blades);
+    for (i = 0; i < LFLARE_MAX_WAVELENGTHS + 1 && t->wavelength_count > 0; i++) {
+        memcpy(u->spectral[i], t->spectral[i], sizeof u->spectral[i]);
+        u->spectral[i][3] *= 1e-6f;
+    }
+    u->bands[0] = (float)t->wavelength_count;
+    u->bands[1] = (float)lflare__gl_spectrum_at(t);
     memcpy(u->lights, f->lights, sizeof(lflare_frame_light) * (size_t)f->light_count);
     for (k = 0; k < f->light_count; k++) { /* an integer's bits may not survive as a float */
         float source = (float)f->lights[k].source;
@@ -11058,8 +11480,8 @@ struct lflare {
     lflare_realloc allocate;
     void *user;
     void *lens_memory, *settings_memory[2], *frame_memory;
-    float *traced[2];          /* of the traced model, once it is asked for */
-    size_t traced_floats;
+    float *demand[2];          /* what some settings need besides, once they are asked for */
+    size_t demand_floats[2];
     lflare_tables_size size;
     size_t frame_bytes;
     lflare_tables tables[2];   /* sharing the lens part; `current` is shown, the other built */
@@ -11097,7 +11519,7 @@ LFLARE_API int32_t lflare_version(void) { return LFLARE_VERSION; }
 
 LFLARE_API void lflare_destroy(lflare *o)
 {
-#if !defined(LFLARE_NO_TRACE) || !defined(LFLARE_NO_DIFFRACTION)
+#if defined(LFLARE__PATCHES) || !defined(LFLARE_NO_DIFFRACTION)
     int32_t i;
 #endif
     if (o == NULL) return;
@@ -11105,8 +11527,8 @@ LFLARE_API void lflare_destroy(lflare *o)
     lflare__release(o, o->settings_memory[0], o->size.settings);
     lflare__release(o, o->settings_memory[1], o->size.settings);
     lflare__release(o, o->frame_memory, o->frame_bytes);
-#ifndef LFLARE_NO_TRACE
-    for (i = 0; i < 2; i++) lflare__release(o, o->traced[i], sizeof(float) * o->traced_floats);
+#ifdef LFLARE__PATCHES
+    for (i = 0; i < 2; i++) lflare__release(o, o->demand[i], sizeof(float) * o->demand_floats[i]);
 #endif
     lflare__release(o, o->overrides, o->override_bytes);
     lflare__release(o, o->footprints, sizeof(lflare_footprint) * (size_t)o->footprint_capacity);
@@ -11345,7 +11767,7 @@ static void lflare__release_iris(lflare *o) { (void)o; }
 #endif
 #endif /* LFLARE_NO_DIFFRACTION */
 
-#if !defined(LFLARE_NO_TRACE) || !defined(LFLARE_NO_DIFFRACTION)
+#if defined(LFLARE__PATCHES) || !defined(LFLARE_NO_DIFFRACTION)
 /* The step that fails ends it: the shown tables stay. */
 static lflare_result lflare__configure_failed(lflare *o, lflare_result result)
 {
@@ -11355,24 +11777,30 @@ static lflare_result lflare__configure_failed(lflare *o, lflare_result result)
     lflare__release(o, o->overrides, o->override_bytes);
     o->overrides = NULL;
     o->override_bytes = 0;
-    lflare__release(o, o->traced[!o->current], sizeof(float) * o->traced_floats);
-    o->traced[!o->current] = o->tables[!o->current].outline = NULL;
+    lflare__release(o, o->demand[!o->current], sizeof(float) * o->demand_floats[!o->current]);
+    o->demand[!o->current] = o->tables[!o->current].outline = o->tables[!o->current].spectrum = NULL;
+    o->demand_floats[!o->current] = 0;
     return result;
 }
 
 #endif
 
-#ifndef LFLARE_NO_TRACE
-/* Room for what the traced model needs. */
-static lflare_result lflare__configure_traced(lflare *o, const lflare_settings *s, lflare_error *error)
+#ifdef LFLARE__PATCHES
+/* Room for what some settings need besides. */
+static lflare_result lflare__configure_demand(lflare *o, const lflare_settings *s, lflare_error *error)
 {
-    float **memory = &o->traced[!o->current];
-    if (s->model != LFLARE_MODEL_TRACED) return LFLARE_OK;
-    o->traced_floats = lflare_tables_traced(&o->tables[!o->current], NULL);
-    if (o->traced_floats > (size_t)1 << 26) return lflare__fail(error, LFLARE_ERROR_LIMIT, 0, 0, "too many ghosts to trace: %g floats", (double)o->traced_floats);
-    if (*memory == NULL) *memory = (float *)lflare__allocate(o, sizeof(float) * o->traced_floats);
-    if (*memory == NULL) return lflare__fail(error, LFLARE_ERROR_MEMORY, 0, 0, "out of memory");
-    lflare_tables_traced(&o->tables[!o->current], *memory);
+    lflare_tables *t = &o->tables[!o->current];
+    float *memory = o->demand[!o->current];
+    size_t floats = lflare_tables_demand(t, s, NULL);
+    if (floats > (size_t)1 << 26) return lflare__fail(error, LFLARE_ERROR_LIMIT, 0, 0, "too many ghosts for these settings: %g floats", (double)floats);
+    if (floats > o->demand_floats[!o->current]) {
+        memory = (float *)lflare__allocate(o, sizeof(float) * floats);
+        if (memory == NULL) return lflare__fail(error, LFLARE_ERROR_MEMORY, 0, 0, "out of memory");
+        lflare__release(o, o->demand[!o->current], sizeof(float) * o->demand_floats[!o->current]);
+        o->demand[!o->current] = memory;
+        o->demand_floats[!o->current] = floats;
+    }
+    if (memory != NULL) lflare_tables_demand(t, s, memory);
     return LFLARE_OK;
 }
 
@@ -11398,7 +11826,7 @@ static lflare_result lflare__configure_frame(lflare *o)
     return LFLARE_OK;
 }
 
-#endif /* LFLARE_NO_TRACE */
+#endif /* LFLARE__PATCHES */
 
 LFLARE_API lflare_result lflare_configure_begin(lflare *o, const lflare_settings *settings, lflare_error *error)
 {
@@ -11413,8 +11841,8 @@ LFLARE_API lflare_result lflare_configure_begin(lflare *o, const lflare_settings
         memcpy(copy, settings->overrides, bytes);
     }
     result = lflare__configure_iris(o, settings, error);
-#ifndef LFLARE_NO_TRACE
-    if (result == LFLARE_OK) result = lflare__configure_traced(o, settings, error);
+#ifdef LFLARE__PATCHES
+    if (result == LFLARE_OK) result = lflare__configure_demand(o, settings, error);
 #endif
     if (result == LFLARE_OK) result = lflare_tables_configure_begin(&o->lens, &o->tables[!o->current], settings, error);
     if (result != LFLARE_OK) { /* what is being built stays as it is */
@@ -11437,7 +11865,7 @@ LFLARE_API lflare_result lflare_configure_begin(lflare *o, const lflare_settings
 
 LFLARE_API lflare_result lflare_configure_step(lflare *o, int32_t ghosts)
 {
-#if !defined(LFLARE_NO_TRACE) || !defined(LFLARE_NO_DIFFRACTION)
+#if defined(LFLARE__PATCHES) || !defined(LFLARE_NO_DIFFRACTION)
     lflare_result result;
 #endif
     int32_t end;
@@ -11458,7 +11886,7 @@ LFLARE_API lflare_result lflare_configure_step(lflare *o, int32_t ghosts)
     if (result != LFLARE_OK) return lflare__configure_failed(o, result);
 #endif
     lflare_tables_configure_end(&o->tables[!o->current], &o->settings);
-#ifndef LFLARE_NO_TRACE
+#ifdef LFLARE__PATCHES
     result = lflare__configure_frame(o);
     if (result != LFLARE_OK) return lflare__configure_failed(o, result);
 #endif
@@ -11474,7 +11902,7 @@ LFLARE_API lflare_result lflare_configure(lflare *o, const lflare_settings *sett
     if (result == LFLARE_OK) result = lflare_configure_step(o, INT32_MAX);
     else return result;
     if (result == LFLARE_ERROR_MEMORY) return lflare__fail(error, result, 0, 0, "out of memory");
-#ifndef LFLARE_NO_TRACE
+#ifdef LFLARE__PATCHES
     if (result == LFLARE_ERROR_LIMIT) return lflare__fail(error, result, 0, 0, "max_lights times the ghosts' patches is over 2^31");
 #endif
 #ifndef LFLARE_NO_DIFFRACTION

@@ -46,8 +46,9 @@ static const char help[] =
     "      beside NAME.lens), or from one made on the spot; where there is a fit it is the default, elsewhere paraxial, the quick\n"
     "      model of undistorted ghosts\n"
     "      --model traced: exact rays at every vertex of a mesh, in each frame; no fit needed\n"
+    "      --wavelengths: 3 (650, 510, 475 nm) to 32 (400 to 700 nm, CIE 1931) of polynomial and traced ghosts, to 256 of the reference\n"
     "      --model reference: meshes of exact rays from a point of light, slow; N cells along a side of each ghost's entrance, or\n"
-    "      finer and finer until two pictures agree to 52 dB; wavelengths 3 (650, 510, 475 nm) to 256 (400 to 700 nm, CIE 1931)\n"
+    "      finer and finer until two pictures agree to 52 dB\n"
     "  flare starburst LENS -o OUT.png|OUT.pfm [--size N] [--width MM] [--fnumber N] [--blades N] [--rotation DEG]\n"
     "                [--curvature 0..1] [--radius MRAD] [--exposure EV] [iris options]\n"
     "      what diffraction at the iris makes of a light, N x N pixels (default: 512) of MM on the sensor (default: 200 times the\n"
@@ -872,24 +873,6 @@ static comparison compare_pictures(const picture *a, const picture *b)
 /* ---- the reference ---- */
 
 /* A lobe of the observer's curves: a bell with two widths. */
-static double lobe(double nm, double height, double centre, double below, double above)
-{
-    double t = (nm - centre) / (nm < centre ? below : above);
-    return height * exp(-0.5 * t * t);
-}
-
-/* Linear sRGB of one wavelength to the CIE 1931 observer. The lobes are the multi-lobe fit of Wyman, Sloan & Shirley, "Simple
-   Analytic Approximations to the CIE XYZ Color Matching Functions", JCGT 2(2), 2013; the matrix is that of IEC 61966-2-1. */
-static void spectral_rgb(double nm, double *rgb)
-{
-    double x = lobe(nm, 1.056, 599.8, 37.9, 31.0) + lobe(nm, 0.362, 442.0, 16.0, 26.7) + lobe(nm, -0.065, 501.1, 20.4, 26.2);
-    double y = lobe(nm, 0.821, 568.8, 46.9, 40.5) + lobe(nm, 0.286, 530.9, 16.3, 31.1);
-    double z = lobe(nm, 1.217, 437.0, 11.8, 36.0) + lobe(nm, 0.681, 459.0, 26.0, 13.8);
-    rgb[0] = 3.2406 * x - 1.5372 * y - 0.4986 * z;
-    rgb[1] = -0.9689 * x + 1.8758 * y + 0.0415 * z;
-    rgb[2] = 0.0557 * x - 0.2040 * y + 1.0570 * z;
-}
-
 /* Three wavelengths are the library's own; more make white what reflects all alike, channel by channel. */
 static void set_wavelengths(reference_desc *d, int count)
 {
@@ -899,7 +882,7 @@ static void set_wavelengths(reference_desc *d, int count)
     d->wavelengths = count;
     for (i = 0; i < count; i++) {
         d->nm[i] = count == 3 ? three[i] : 400 + 300.0 * i / (count - 1);
-        spectral_rgb(d->nm[i], d->rgb[i]);
+        lflare_wavelength_rgb(d->nm[i], d->rgb[i]);
         for (k = 0; k < 3; k++) sum[k] += count == 3 ? d->rgb[i][k] = i == k : d->rgb[i][k];
     }
     for (k = 0; k < 3; k++)
@@ -1181,7 +1164,9 @@ static int command_starburst(int argc, char **argv)
 static void check_render_options(const options *o)
 {
     check_picture_name(o, "render");
-    if (!o->reference && (o->wavelengths > 0 || o->cells > 0)) complain("%s belongs to --model reference", o->cells > 0 ? "--cells" : "--wavelengths");
+    if (!o->reference && o->cells > 0) complain("--cells belongs to --model reference");
+    if (!o->reference && o->wavelengths > LFLARE_MAX_WAVELENGTHS) complain("--wavelengths: %d is too many; at most %d, or 256 with --model reference", o->wavelengths, LFLARE_MAX_WAVELENGTHS);
+    if (!o->reference && o->wavelengths > 3 && o->model == LFLARE_MODEL_PARAXIAL) complain("--wavelengths belongs to --model polynomial, traced or reference, not to paraxial");
     if (o->reference && o->gl) complain("--model reference has no --backend gl");
     if (o->fit != NULL && (o->reference || o->model == LFLARE_MODEL_PARAXIAL || o->model == LFLARE_MODEL_TRACED))
         complain("--fit belongs to --model polynomial, not to --model %s", o->reference ? "reference" : o->model == LFLARE_MODEL_TRACED ? "traced" : "paraxial");
@@ -1229,6 +1214,7 @@ static int command_render(int argc, char **argv)
     desc.prescription = &lens.prescription;
     desc.fit = fit = fit_for_render(&o, &lens, &desc.fit_size);
     desc.settings.model = o.model;
+    desc.settings.wavelengths = o.reference ? 0 : o.wavelengths;
     desc.settings.fnumber = o.fnumber;
     desc.settings.blades = o.blades >= 0 ? o.blades : o.ghosts_only ? 0 : 6;
     desc.settings.no_starburst = o.ghosts_only || o.reference;

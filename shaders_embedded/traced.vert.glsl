@@ -1,14 +1,14 @@
 /* One patch of one traced ghost for one light: lflare__traced_resolve on the GPU (H 4). Programs as for patch.vert.glsl; see there, too,
    for what vertices are called. */
 uniform highp sampler2D u_traced_lens;   /* per surface: surface, its terms, film */
-uniform highp sampler2D u_traced_ghosts; /* per ghost: steps' place and number, way to the sensor; style, outlines; then steps */
+/* u_ghosts: per ghost steps' place and number, way to the sensor; style, outlines; then steps */
 uniform highp usampler2D u_visibility;
 
 invariant gl_Position; /* both programs put shared vertices on the same pixels */
 in uvec4 a_instance; /* ghost, light, patch, knot before the light's field angle */
 
 const int DIRECTIONS = 9, RINGS = 5, BANDS = 3, ROW = 1024, SURFACE = 131, GHOST = 798, OUTLINE = 265, KNOTS = 12, KNOT = 22, SIDES = 17;
-const float PIXEL_VARIANCE = 0.715 * 0.715 / 5.0, PI = 3.14159265;
+const float PI = 3.14159265;
 
 centroid out vec3 v_irradiance, v_flux; /* see patch.frag.glsl */
 centroid out float v_most;
@@ -17,10 +17,11 @@ out vec2 v_entrance;
 out vec4 v_iris01, v_iris2;
 out vec3 v_rim;
 out vec4 v_bulge;
+flat out vec4 v_light;
+flat out int v_ghost;
 #endif
 
 vec4 lens(int i) { return texelFetch(u_traced_lens, ivec2(i % ROW, i / ROW), 0); }
-vec4 ghosts(int i) { return texelFetch(u_traced_ghosts, ivec2(i % ROW, i / ROW), 0); }
 
 int g_steps, g_count;
 float g_sensor, g_slope;
@@ -194,20 +195,6 @@ float last_at(float at, vec2 toward, vec4 shape)
     return near;
 }
 
-float g_lamp; /* lamp's radius times the override's scale */
-
-float soft(float lamp)
-{
-    lamp *= g_lamp;
-    return sqrt(5.0 * (PIXEL_VARIANCE * u_lens.x * u_lens.x + 0.25 * lamp * lamp));
-}
-
-/* lflare__patch_ring */
-float fringe(float shrink, float lamp, float scale)
-{
-    return (u_burst[2].w >= 0.0 ? scale : 0.0) * sqrt(0.5 * u_spectrum.y * sqrt(abs(shrink)) * abs(lamp));
-}
-
 void main()
 {
     int ghost = int(a_instance.x) * GHOST, light = int(a_instance.y) * 4, patch_index = int(a_instance.z);
@@ -222,13 +209,14 @@ void main()
 #ifdef PATCH_RIM
     v_iris01 = v_iris2 = vec4(1.0);
     v_rim = vec3(1.0);
-    v_bulge = vec4(0.0);
+    v_bulge = v_light = vec4(0.0);
+    v_ghost = int(a_instance.x);
 #endif
     if (place < int(u_strip.x)) irradiance *= uintBitsToFloat(texelFetch(u_visibility, ivec2(place, 0), 0).r);
     int code = int(ghosts(outline + 1 + first * KNOT + 2).w), rings = code & 63, directions = (code & 64) != 0 ? 32 : 16; /* lflare__mesh_code */
     bool split_mesh = (code & 128) != 0, ragged = (code & 256) != 0;
-    int sectors = directions / 4, blocks = rings / 4, mesh = split_mesh ? patch_index / (sectors * blocks) : 1, block = patch_index / sectors % blocks;
-    if (split_mesh) outline = ghost + 3 + mesh * OUTLINE;
+    int sectors = directions / 4, blocks = rings / 4, mesh = split_mesh ? patch_index / (sectors * blocks) : -1, block = patch_index / sectors % blocks;
+    if (split_mesh && u_bands.x == 0.0) outline = ghost + 3 + mesh * OUTLINE;
     vec4 h = ghosts(outline);
 #ifdef PATCH_STRIP
     bool drawn = ragged || block == blocks - 1;
@@ -243,8 +231,10 @@ void main()
     g_sensor = path.z;
     g_slope = l1.x;
     g_lamp = l1.z * style0.w;
-    vec4 lead = vec4(equal(ivec4(mesh), ivec4(0, 1, 2, 3)));
-    g_shares = split_mesh ? mat4(lead, lead, lead, lead) : mat4(vec4(0.0, 1.0, 0.0, 0.0), vec4(1.0, 0.0, 0.0, 0.0), vec4(0.0, 0.0, 1.0, 0.0), vec4(0.0, 1.0, 0.0, 0.0));
+    int last_mesh = int(u_bands.x) - 1; /* beside its own a mesh of many wavelengths traces those next to it */
+    vec4 lead = u_bands.x > 0.0 ? vec4(place_shares(max(mesh, 0)), 0.0) : vec4(equal(ivec4(mesh), ivec4(0, 1, 2, 3)));
+    vec4 before = u_bands.x > 0.0 ? vec4(place_shares(max(mesh - 1, 0)), 0.0) : lead, behind = u_bands.x > 0.0 ? vec4(place_shares(min(mesh + 1, last_mesh)), 0.0) : lead;
+    g_shares = split_mesh ? mat4(lead, before, behind, lead) : mat4(vec4(0.0, 1.0, 0.0, 0.0), vec4(1.0, 0.0, 0.0, 0.0), vec4(0.0, 0.0, 1.0, 0.0), vec4(0.0, 1.0, 0.0, 0.0));
     float at = (1.0 - sqrt(max(1.0 - l1.y / h.x, 0.0))) * float(KNOTS - 1), scale = style0.w;
     g_between = at - float(first);
     g_knot = outline + 1 + first * KNOT;
@@ -259,7 +249,7 @@ void main()
     size2 *= size2;
     float wash = PIXEL_VARIANCE * u_lens.x * u_lens.x + 0.25 * g_lamp * g_lamp * whole.x * whole.x, wash5 = max(5.0 * wash, 1e-30);
     float q = sqrt(size2 / wash5), far = 2.0 * wash5 * (0.05 + q * (0.1875 + q * (0.25 + q * (0.125 - 0.0125 * q * q))));
-    irradiance *= size2 / (wash5 <= size2 ? size2 + wash : far);
+    float gain = size2 / (wash5 <= size2 ? size2 + wash : far);
 
     int row = gl_VertexID / DIRECTIONS, direction = patch_index % sectors * (DIRECTIONS - 1) + gl_VertexID % DIRECTIONS;
     float side = direction > directions ? -1.0 : 1.0, turn = float(direction);
@@ -317,7 +307,10 @@ void main()
     float spread = whole_ray ? max(max(abs(dot(grows, radial)), abs(dot(grows, around))), 1e-20) : 1e30;
     float flat_share = max(even, clamp(2.0 - abs(shrink) / spread, 0.0, 1.0)), chord = length(around);
     if (!split_mesh) weight.rb *= brighter.xy;
-    vec3 flux = (split_mesh ? vec3(equal(ivec3(0, 1, 2), ivec3(mesh))) : vec3(1.0)) * weight * irradiance * style0.rgb;
+    vec3 flux = channels(int(a_instance.x), mesh, weight) * gain, light_colour = irradiance * style0.rgb;
+#ifndef PATCH_RIM
+    flux = summed(int(a_instance.x), mesh, flux) * light_colour;
+#endif
     if (flat_share < 1.0) v_irradiance = (1.0 - flat_share) * flux / max(abs(shrink), spread);
     v_flux = flat_share * flux * scale * scale;
     v_most = 8.0 / ((whole_ray ? spread : max(about * about, 1e-20)) * scale * scale);
@@ -325,6 +318,9 @@ void main()
     vec2 in_at = vec2(ray_at.x - shape.x, side * ray_at.y), local = vec2(centre + scale * (own.sensor_x.x - centre), scale * side * own.sensor_y.x) + grown * in_at;
     v_entrance = vec2(in_at.x * axis.x - in_at.y * axis.y, in_at.x * axis.y + in_at.y * axis.x);
 #ifdef PATCH_RIM
+    v_light = vec4(light_colour, split_mesh ? 0.0 : u_bands.x);
+    float apart = 0.0; /* way to the next wavelength's picture, pixels */
+    if (split_mesh && own.arrives.y && own.arrives.z) apart = 0.715 * 0.5 * scale * length(vec2(own.sensor_x.z - own.sensor_x.y, own.sensor_y.z - own.sensor_y.y)) / u_lens.x;
     vec4 off_x = own.sensor_x.x - own.sensor_x, off_y = own.sensor_y.x - own.sensor_y; /* lflare__traced_match */
     bvec4 matched = bvec4(!split_mesh && whole_ray && abs(shrink) > 1e-20);
     matched = both(matched, own.arrives);
@@ -337,7 +333,7 @@ void main()
     vec4 rims = max(mix(own.relative.xxxx, own.relative, matched) + slopes_x.z * move_x + slopes_y.z * move_y, 0.0);
     mat2 to_sensor = mat2(axis.x, axis.y, -axis.y * side, axis.x * side);
     v_iris01 = vec4(to_sensor * vec2(stop_x.y, stop_y.y), to_sensor * vec2(stop_x.x, stop_y.x));
-    v_iris2 = vec4(to_sensor * vec2(stop_x.z, stop_y.z), soft(beside.w) / u_lens.x, iris_soft / u_lens.x);
+    v_iris2 = vec4(to_sensor * vec2(stop_x.z, stop_y.z), length(vec2(soft(beside.w) / u_lens.x, apart)), length(vec2(iris_soft / u_lens.x, apart)));
     v_rim = rims.yxz;
     v_bulge = vec4(turn, 4.0 * clamp(0.125 * chord * chord * curved, 0.0, 0.05), vec2(fringe(shrink, whole.x, scale), fringe(shrink, beside.w, scale)) / u_lens.x);
 #endif
