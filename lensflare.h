@@ -256,7 +256,7 @@ enum {
     LFLARE_MAX_NOTES = 160,
     LFLARE_WAVELENGTHS = 3,    /* at which lenses are known */
     LFLARE_MAX_WAVELENGTHS = 32, /* of which pictures are made, if settings ask for more: in between, and beyond, the three are interpolated */
-    LFLARE_SPECTRUM_ROWS = 36, /* of a ghost's colours */
+    LFLARE_SPECTRUM_ROWS = 37, /* of a ghost's colours at a field angle */
     LFLARE_FIELD_SAMPLES = 64, /* of a ghost's colour and footprint over the field angle */
     LFLARE_FILM_SAMPLES = 128,
     LFLARE_HEAD_FLOATS = 16,
@@ -364,7 +364,7 @@ LFLARE_API int32_t lflare_number_write(double value, char *out);
 LFLARE_API double lflare_index(const lflare_medium *medium, double nm);
 
 /* What one wavelength adds to linear sRGB, by the CIE's observer of 1931, interpolated from steps of 5 nm; 0 beyond 380 to 780 nm, negative where
-   sRGB lacks the colour. Not scaled: see P 10. Not if LFLARE_NO_DIFFRACTION, LFLARE_NO_ABERRATION and LFLARE_NO_TRACE are all given. */
+   sRGB lacks the colour. Not scaled: see P 10. Not if LFLARE_NO_DIFFRACTION and LFLARE_NO_TRACE are both given. */
 LFLARE_API void lflare_wavelength_rgb(double nm, double *rgb);
 
 /* ---- lens ---- */
@@ -765,7 +765,8 @@ typedef struct lflare_settings {
     int32_t ghost_budget;      /* most ghosts per light, strongest first; 0 = all */
     float min_flux;            /* leaves out ghosts whose peak flux is below this fraction of all ghosts' sum */
     int32_t wavelengths;       /* of meshes and traced ghosts: 4 to LFLARE_MAX_WAVELENGTHS from 400 to 700 nm, blended into each other; 0 or 3: those three at
-                                  which channels are. Ghosts that are split by wavelength are drawn as many times */
+                                  which channels are. Ghosts that are split by wavelength are drawn as many times.
+                                  Not with LFLARE_NO_TRACE */
     int32_t paper_clipping;    /* 1: only front rim and iris clip, as in Lee & Eisemann 2013 */
     float iris_softness;       /* edges of the iris fade over so much on either side, in its radii: 0 to 0.5 */
     lflare_mask_desc mask;     /* what stands in the iris besides; its image is read until configure is complete */
@@ -852,9 +853,11 @@ typedef struct lflare_tables {
                                constant; index before over index behind at three wavelengths; 16 x the surface, + 1 reflects, 2 is the stop, 4 has
                                aspheric terms, 8 is met backwards */
     int32_t wavelength_count; /* 0: the three alone */
-    float spectral[LFLARE_MAX_WAVELENGTHS + 1][8]; /* of each: shares of the three that make its places; nm; those that make its weights, 0 */
-    float *spectrum;        /* [ghost_count * LFLARE_SPECTRUM_ROWS * 4], if there are more than three: what each wavelength adds to RGB, then what each of
-                               the three adds in all; see lflare_tables_demand */
+    float spectral[LFLARE_MAX_WAVELENGTHS + 1][8]; /* of each: shares of the three that make its places; nm; what it adds to RGB, 0 */
+    float *spectrum;        /* [ghost_count * LFLARE_OUTLINE_KNOTS * LFLARE_SPECTRUM_ROWS * 4], if there are more than three, for field angles: centre and
+                               half axes of the bundle on the entrance, 0; W of each wavelength over it, as a parabola: c0 + c1 a + c2 a^2 + c3 b^2, (a, b)
+                               in half axes from the centre, a along the light's slope; the same summed to red, green and blue; see lflare_tables_demand */
+    float *films;           /* [surface_count * LFLARE_FILM_SAMPLES * (LFLARE_MAX_WAVELENGTHS + 1)]: as `film`, at these; likewise */
     float *rank;            /* [ghost_count * 2]: peak flux; mean irradiance over the frame at the exposure's reference */
     lflare_cull *cull;      /* [ghost_count], the first active_count in use, strongest first */
     int32_t active_count, ghost_budget;
@@ -984,6 +987,7 @@ typedef struct lflare_patch_vertex {
     float rim[LFLARE_WAVELENGTHS];         /* how far out on the rim that clips first, in units of its clear radius: inside is below 1 */
     float rim_soft;                        /* over which that rim's edge fades on either side, mm on the sensor */
     float rim_ring, iris_ring;             /* length of fringes at that rim and at the iris, likewise */
+    float bundle[2];                       /* with more than three wavelengths: place in the bundle, see tables.spectrum */
     float apart;                           /* of meshes for one of many wavelengths: way to the next one's picture, mm; it softens their edges, too */
     float turn, bulge;                     /* counts directions; rims are round: subtract 4 bulge f (1 - f) from `rim`, f being the
                                               fraction of `turn` */
@@ -993,10 +997,12 @@ typedef struct lflare_patch_vertex {
    those of `inside` are lit all over, those of `rim` within iris and rims. Triangles may overlap (caustics) and turn over. */
 typedef struct lflare_patch {
     int32_t rimmed;                        /* 0: this patch has no rim */
-    const float *spectrum;                 /* NULL: channels are red, green and blue. With more than three wavelengths the ghost's row of tables.spectrum:
-                                              channels of what iris and rims cut (with a mask the inside's, too) are the three wavelengths tables know,
-                                              heights at others are made of theirs by tables.spectral; what each adds to RGB is multiplied by */
-    float color[3];                        /* the light's, exposure applied */
+    const float *spectrum;                 /* NULL: channels are red, green and blue. With more than three wavelengths the ghost's rows of tables.spectrum
+                                              at the field angle before the light's: channels of what iris and rims cut (with a mask the inside's, too)
+                                              are all alike and stand for W = 1; heights at each wavelength are made of the three by tables.spectral, its W
+                                              of spectrum, */
+    float between;                         /* interpolated to the next field angle's by this; to what it adds to RGB comes */
+    float color[3];                        /* the light's colour, exposure applied */
     float iris_soft;                       /* as rim_soft, of the iris */
     lflare_patch_vertex inside[LFLARE_PATCH_RINGS][LFLARE_PATCH_DIRECTIONS], rim[LFLARE_PATCH_BANDS][LFLARE_PATCH_DIRECTIONS];
 } lflare_patch;
@@ -1948,7 +1954,7 @@ LFLARE_API lflare_result lflare_text_write(const lflare_prescription *p, char *t
 /* Red, green and blue of the model (P 4). */
 static const double lflare__rgb_nm[LFLARE_WAVELENGTHS] = {650, 510, 475};
 
-#if !defined(LFLARE_NO_DIFFRACTION) || defined(LFLARE__PATCHES)
+#if !defined(LFLARE_NO_DIFFRACTION) || !defined(LFLARE_NO_TRACE)
 /* The CIE's standard observer of 1931, 380 to 780 nm in steps of 5 (CIE 15, colour matching functions), in 1e-6. */
 enum { LFLARE__CIE_COUNT = 81 };
 static const int32_t lflare__cie[3][LFLARE__CIE_COUNT] = {
@@ -2825,31 +2831,7 @@ static double lflare__interval(int32_t i, int32_t count)
     return 1e3 / sqrt(first + (last - first) * i / count);
 }
 
-/* Wavelengths, and what of the three makes their places (a parabola) and weights (lines, level beyond the ends: never negative). */
-static void lflare__spectral_make(lflare_tables *t, int32_t count)
-{
-    double known[LFLARE_WAVELENGTHS];
-    int32_t i, j, k;
-    memset(t->spectral, 0, sizeof t->spectral);
-    t->wavelength_count = count > LFLARE_WAVELENGTHS ? count : 0;
-    for (k = 0; k < LFLARE_WAVELENGTHS; k++) known[k] = lflare__dispersion(lflare__rgb_nm[k]);
-    for (i = 0; i < t->wavelength_count; i++) {
-        float *row = t->spectral[i];
-        double nm = lflare__interval(2 * i + 1, 2 * count), at = lflare__dispersion(nm), f;
-        row[3] = (float)nm;
-        for (k = 0; k < LFLARE_WAVELENGTHS; k++)
-            for (row[k] = 1, j = 0; j < LFLARE_WAVELENGTHS; j++)
-                if (j != k) row[k] *= (float)((at - known[j]) / (known[k] - known[j]));
-        k = at > known[1] ? 1 : 0;
-        f = lflare__clamp((at - known[k]) / (known[k + 1] - known[k]), 0, 1);
-        row[4 + k] = (float)(1 - f);
-        row[5 + k] += (float)f;
-    }
-    for (i = t->wavelength_count; i <= LFLARE_MAX_WAVELENGTHS && i > 0; i++) /* shaders take three at a time: what is missing has places, no light */
-        memcpy(t->spectral[i], t->spectral[i - 1], sizeof(float) * 4);
-}
-
-/* What an interval of equal power adds to RGB; all of them to 1. */
+/* What an interval of equal power adds to RGB. */
 static void lflare__interval_rgb(int32_t i, int32_t count, double *rgb)
 {
     enum { PARTS = 16 };
@@ -2860,6 +2842,33 @@ static void lflare__interval_rgb(int32_t i, int32_t count, double *rgb)
         lflare_wavelength_rgb(lo + (hi - lo) * (j + 0.5) / PARTS, part);
         for (k = 0; k < 3; k++) rgb[k] += part[k] * fabs(hi - lo) / PARTS;
     }
+}
+
+/* Wavelengths, what of the three makes their places, and what of sRGB they add: all of them white. */
+static void lflare__spectral_make(lflare_tables *t, int32_t count)
+{
+    double known[LFLARE_WAVELENGTHS], white[3] = {0, 0, 0};
+    int32_t i, j, k;
+    memset(t->spectral, 0, sizeof t->spectral);
+    t->wavelength_count = count > LFLARE_WAVELENGTHS ? count : 0;
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) known[k] = lflare__dispersion(lflare__rgb_nm[k]);
+    for (i = 0; i < t->wavelength_count; i++) {
+        float *row = t->spectral[i];
+        double nm = lflare__interval(2 * i + 1, 2 * count), at = lflare__dispersion(nm), rgb[3];
+        row[3] = (float)nm;
+        for (k = 0; k < LFLARE_WAVELENGTHS; k++)
+            for (row[k] = 1, j = 0; j < LFLARE_WAVELENGTHS; j++)
+                if (j != k) row[k] *= (float)((at - known[j]) / (known[k] - known[j]));
+        lflare__interval_rgb(i, count, rgb);
+        for (k = 0; k < 3; k++) {
+            row[4 + k] = (float)rgb[k];
+            white[k] += rgb[k];
+        }
+    }
+    for (i = 0; i < t->wavelength_count; i++)
+        for (k = 0; k < 3; k++) t->spectral[i][4 + k] /= (float)white[k];
+    for (i = t->wavelength_count; i <= LFLARE_MAX_WAVELENGTHS && i > 0; i++) /* shaders take three at a time: what is missing has places, no light */
+        memcpy(t->spectral[i], t->spectral[i - 1], sizeof(float) * 4);
 }
 
 /* Shares of the three that make one of them. */
@@ -2875,30 +2884,28 @@ static void lflare__ends_of(const lflare_tables *t, const float **ends)
     ends[2] = t->spectral[t->wavelength_count - 1];
 }
 
-/* A ghost's colours: what each wavelength adds to RGB times its exact weight over the one interpolated, both along the paraxial ray through
-   x with slope u; then what the three add, for where all are lit. */
-static void lflare__spectrum_ghost(const lflare_lens *lens, lflare_tables *t, int32_t g, double x, double u)
+#ifndef LFLARE_NO_TRACE
+/* See tables.films. */
+static void lflare__films_make(const lflare_lens *lens, lflare_tables *t)
 {
-    float *row = t->spectrum + (size_t)g * LFLARE_SPECTRUM_ROWS * 4, *sums = row + (LFLARE_SPECTRUM_ROWS - 3) * 4;
-    double known[LFLARE_WAVELENGTHS], rgb[3], white[3] = {0, 0, 0}, like;
-    int32_t i, k, c;
-    memset(row, 0, sizeof(float) * LFLARE_SPECTRUM_ROWS * 4);
-    for (k = 0; k < LFLARE_WAVELENGTHS; k++) known[k] = lflare_ghost_weight(lens, lflare__rgb_nm[k], t->pairs[g], x, u);
-    for (i = 0; i < t->wavelength_count; i++) {
-        lflare__interval_rgb(i, t->wavelength_count, rgb);
-        for (c = 0; c < 3; c++) white[c] += rgb[c];
-    }
-    for (i = 0; i < t->wavelength_count; i++) {
-        const float *shares = t->spectral[i];
-        for (like = 0, k = 0; k < LFLARE_WAVELENGTHS; k++) like += (double)shares[4 + k] * known[k];
-        like = like > 1e-30 ? lflare__min(lflare_ghost_weight(lens, (double)shares[3], t->pairs[g], x, u) / like, 1e6) : 1;
-        lflare__interval_rgb(i, t->wavelength_count, rgb);
-        for (c = 0; c < 3; c++) {
-            row[4 * i + c] = (float)(like * rgb[c] / white[c]);
-            for (k = 0; k < LFLARE_WAVELENGTHS; k++) sums[4 * k + c] += shares[4 + k] * row[4 * i + c];
+    double n[LFLARE_MAX_SURFACES + 1];
+    int32_t i, w, j;
+    for (w = 0; w < t->wavelength_count; w++) {
+        lflare__indices(&lens->prescription, (double)t->spectral[w][3], n);
+        for (i = 0; i < lens->surface_count; i++) {
+            lflare_layer layers[LFLARE_MAX_LAYERS];
+            int32_t count = LFLARE_MAX_LAYERS;
+            double rarer = lflare__min(n[i], n[i + 1]);
+            lflare_film_layers(lens, i, layers, &count);
+            for (j = 0; j < LFLARE_FILM_SAMPLES; j++) {
+                double c = (double)j / (LFLARE_FILM_SAMPLES - 1);
+                t->films[((size_t)i * LFLARE_FILM_SAMPLES + (size_t)j) * (LFLARE_MAX_WAVELENGTHS + 1) + (size_t)w] =
+                    i == lens->stop ? 0.0f : (float)lflare_film_reflectance(n[i], n[i + 1], layers, count, (double)t->spectral[w][3], rarer * sqrt((1 - c) * (1 + c)));
+            }
         }
     }
 }
+#endif
 #endif
 
 /* >> 8 iris */
@@ -4773,6 +4780,7 @@ typedef struct lflare__tracer {
     const float *steps;
     int32_t count;
     float slope, sensor;               /* of the light, along x; from the last vertex to the sensor, mm */
+    float *many;                       /* NULL, or receives the weights of all of more than three wavelengths */
     const float *ends[LFLARE_WAVELENGTHS]; /* shares of the longest wavelength, of the middle one, of the shortest */
 } lflare__tracer;
 
@@ -4781,6 +4789,7 @@ static void lflare__tracer_make(const lflare_tables *t, int32_t g, lflare__trace
     o->t = t;
     o->steps = t->steps + (size_t)t->head[(size_t)g * LFLARE_HEAD_FLOATS + 15] * LFLARE_STEP_FLOATS;
     o->count = lflare__step_count(t, t->pairs[g]);
+    o->many = NULL;
     lflare__ends_of(t, o->ends);
     o->sensor = t->sensor_z - t->surface[(t->surface_count - 1) * LFLARE_SURFACE_FLOATS];
 }
@@ -4841,13 +4850,15 @@ static int lflare__traced_meet(const float *s, const float *terms, float way, lf
     return lflare__finite((double)norm);
 }
 
-/* Refracts it by `eta`, the index before over that behind, or reflects it; films, unless NULL, decide what goes on. 0: total reflection. */
-static int lflare__traced_pass(const float *film, float eta, int reflected, const float *normal, lflare__traced_ray *ray)
+/* Refracts it by `eta`, the index before over that behind, or reflects it; films, unless NULL, decide what goes on; *at: where they are looked up.
+   0: total reflection. */
+static int lflare__traced_pass(const float *film, float eta, int reflected, const float *normal, lflare__traced_ray *ray, float *at)
 {
     float *d = ray->d, along = d[0] * normal[0] + d[1] * normal[1] + d[2] * normal[2], cosine = fabsf(along), beyond = 1 - eta * eta * (1 - cosine * cosine);
     int32_t k;
+    *at = eta > 1 ? sqrtf(lflare__maxf(beyond, 0)) : cosine;
     for (k = 0; k < LFLARE_WAVELENGTHS && film != NULL; k++) {
-        float r = lflare__film_lookup(film, k, eta > 1 ? sqrtf(lflare__maxf(beyond, 0)) : cosine);
+        float r = lflare__film_lookup(film, k, *at);
         ray->weight[k] *= reflected ? r : 1 - r;
     }
     if (reflected) {
@@ -4858,6 +4869,19 @@ static int lflare__traced_pass(const float *film, float eta, int reflected, cons
     beyond = along < 0 ? -sqrtf(beyond) : sqrtf(beyond);
     for (k = 0; k < 3; k++) d[k] = eta * d[k] + (beyond - eta * along) * normal[k];
     return 1;
+}
+
+/* What the films of a surface let go on at each of more than three wavelengths. */
+static void lflare__films_pass(const lflare_tables *t, int32_t surface, int reflected, float cosine, float *weights)
+{
+    float at = cosine * (LFLARE_FILM_SAMPLES - 1), f;
+    int32_t i = (int32_t)lflare__minf(lflare__maxf(at, 0), LFLARE_FILM_SAMPLES - 2), w;
+    const float *a = t->films + ((size_t)surface * LFLARE_FILM_SAMPLES + (size_t)i) * (LFLARE_MAX_WAVELENGTHS + 1), *b = a + LFLARE_MAX_WAVELENGTHS + 1;
+    f = at - (float)i;
+    for (w = 0; w < t->wavelength_count; w++) {
+        float r = a[w] + f * (b[w] - a[w]);
+        weights[w] *= reflected ? r : 1 - r;
+    }
 }
 
 /* From the entrance point (x, y) through all steps to the sensor (H 4; P 7), at the wavelength that `shares` make; weighing costs as
@@ -4875,7 +4899,7 @@ static void lflare__traced_ray_make(const lflare__tracer *o, const float *shares
     for (j = 0; j < LFLARE_WAVELENGTHS; j++) ray->weight[j] = 1;
     for (; ray->steps < o->count; ray->steps++, s += LFLARE_STEP_FLOATS) {
         int32_t code = (int32_t)s[7], surface = code / LFLARE__STEP_SURFACE;
-        float normal[3], way = code & LFLARE__STEP_BACK ? -1.0f : 1.0f, height;
+        float normal[3], way = code & LFLARE__STEP_BACK ? -1.0f : 1.0f, height, at;
         ray->p[2] -= s[0];
         if (!(ray->d[2] * way > 0)) return; /* it went the wrong way */
         if (!lflare__traced_meet(s, code & LFLARE__STEP_BENT ? o->t->surface + surface * LFLARE_SURFACE_FLOATS + 4 : NULL, way, ray, normal)) return;
@@ -4889,7 +4913,8 @@ static void lflare__traced_ray_make(const lflare__tracer *o, const float *shares
             ray->widest = ray->steps;
         }
         if (!lflare__traced_pass(weigh ? o->t->film + (size_t)surface * LFLARE_FILM_SAMPLES * 4 : NULL, s[4] * shares[0] + s[5] * shares[1] + s[6] * shares[2],
-                                 code & LFLARE__STEP_REFLECTS, normal, ray)) return;
+                                 code & LFLARE__STEP_REFLECTS, normal, ray, &at)) return;
+        if (o->many != NULL) lflare__films_pass(o->t, surface, code & LFLARE__STEP_REFLECTS, at, o->many);
     }
     if (!(ray->d[2] > 0)) return;
     ray->relative = sqrtf(widest);
@@ -6729,13 +6754,7 @@ static void lflare__outline_knot(lflare__outliner *o, float *out)
     out[8] = (float)(0.5 * (lo + hi));
     out[9] = (float)hypot(0.5 * (hi - lo), up);
     out[10] = (float)centre[0];
-    if (o->matching && ray.arrives) { /* at the wavelengths that weights are known at */
-        const float *ends[LFLARE_WAVELENGTHS];
-        memcpy(ends, o->tracer.ends, sizeof ends);
-        for (k = 0; k < LFLARE_WAVELENGTHS; k++) o->tracer.ends[k] = lflare__shares[k];
-        lflare__outline_match(o, 0, 0, &ray, &most, &least, brighter);
-        memcpy(o->tracer.ends, ends, sizeof ends);
-    }
+    if (o->matching && ray.arrives) lflare__outline_match(o, 0, 0, &ray, &most, &least, brighter);
     out[12] = (float)brighter[0];
     out[13] = (float)brighter[2];
 }
@@ -6910,6 +6929,98 @@ static float lflare__outline_hidden(lflare__outliner *o)
     return (float)hidden;
 }
 
+static void lflare__outliner_make(const lflare_lens *lens, lflare_tables *t, int32_t g, const double n[][LFLARE_MAX_SURFACES + 1], lflare__outliner *o)
+{
+    lflare__steps_make(lens, t, g, n);
+    lflare__tracer_make(t, g, &o->tracer);
+    o->find.lens = lens;
+    o->find.tracer = &o->tracer;
+    o->find.iris = (double)t->iris.radius;
+    o->find.reach = LFLARE__FIT_REACH * lflare__max(lens->sensor_width, lens->sensor_height);
+    o->find.lead = 1;
+    o->inscribed = (double)lflare__iris_inscribed(&t->iris);
+    o->pixel = lens->sensor_width / 1280;
+    o->most_apart = t->wavelength_count > 0 ? LFLARE__OUTLINE_ENDS_APART : LFLARE__OUTLINE_APART;
+    o->ragged = o->matching = 0;
+    lflare__outline_lamps(o, lens, t->pairs[g], n[1], t->head + (size_t)g * LFLARE_HEAD_FLOATS);
+}
+
+/* W of many wavelengths along the middle one's ray through (u, v). 0 if it does not arrive. */
+static int lflare__spectrum_weights(lflare__outliner *o, double u, double v, float *weights)
+{
+    lflare__traced_ray ray;
+    double x, y;
+    int32_t i;
+    lflare__outline_at(o, u, v, &x, &y);
+    o->tracer.slope = (float)o->slope;
+    for (i = 0; i < o->tracer.t->wavelength_count; i++) weights[i] = 1;
+    o->tracer.many = weights;
+    lflare__traced_ray_make(&o->tracer, lflare__shares[1], 0, (float)x, (float)y, &ray);
+    o->tracer.many = NULL;
+    return ray.arrives;
+}
+
+/* How much brighter the outer of the three known wavelengths' maps make them about the centre than the middle one's. */
+static void lflare__spectrum_brighter(lflare__outliner *o, double *brighter)
+{
+    const float *ends[LFLARE_WAVELENGTHS];
+    double most, least;
+    lflare__traced_ray ray;
+    int32_t k;
+    memcpy(ends, o->tracer.ends, sizeof ends);
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) o->tracer.ends[k] = lflare__shares[k], brighter[k] = 1;
+    lflare__outline_closed(o, 1, 0, 0, &ray);
+    if (ray.arrives) lflare__outline_match(o, 0, 0, &ray, &most, &least, brighter);
+    memcpy(o->tracer.ends, ends, sizeof ends);
+}
+
+/* One field angle's rows of colours: parabolas through four rays. */
+static void lflare__spectrum_knot(lflare__outliner *o, int split, float *rows)
+{
+    static const double places[4][2] = {{0, 0}, {-0.7, 0}, {0.7, 0}, {0, 0.7}};
+    const lflare_tables *t = o->tracer.t;
+    float w[4][LFLARE_MAX_WAVELENGTHS + 1], *row = rows + 4;
+    double brighter[LFLARE_WAVELENGTHS] = {1, 1, 1};
+    int32_t i, j, k;
+    rows[0] = (float)o->middle;
+    for (k = 0; k < 2; k++) rows[1 + k] = (float)o->half[k];
+    for (j = 0; j < 4; j++)
+        if (!lflare__spectrum_weights(o, places[j][0], places[j][1], w[j]) && j > 0) memcpy(w[j], w[0], sizeof w[0]);
+    if (!split) lflare__spectrum_brighter(o, brighter);
+    for (i = 0; i < t->wavelength_count; i++, row += 4) {
+        const float *s = t->spectral[i];
+        float like = 1;
+        for (k = 0; k < LFLARE_WAVELENGTHS; k++) like += s[k] * (float)(brighter[k] - 1);
+        like = lflare__minf(lflare__maxf(like, 0.3f), 3);
+        row[0] = like * w[0][i];
+        row[1] = like * (w[2][i] - w[1][i]) / 1.4f;
+        row[2] = like * (0.5f * (w[1][i] + w[2][i]) - w[0][i]) / 0.49f;
+        row[3] = like * (w[3][i] - w[0][i]) / 0.49f;
+        for (k = 0; k < 3; k++)
+            for (j = 0; j < 4; j++) rows[4 * (LFLARE_SPECTRUM_ROWS - 3 + k) + j] += s[4 + k] * row[j];
+    }
+}
+
+/* A ghost's colours, hidden from a field angle on; split: a bit for each knot where wavelengths have meshes of their own, with their own maps. */
+static void lflare__spectrum_ghost(const lflare_lens *lens, lflare_tables *t, int32_t g, const double n[][LFLARE_MAX_SURFACES + 1], float hidden, int32_t split)
+{
+    float *rows = t->spectrum + (size_t)g * LFLARE_OUTLINE_KNOTS * LFLARE_SPECTRUM_ROWS * 4;
+    lflare__outliner o;
+    int32_t j;
+    memset(rows, 0, sizeof(float) * LFLARE_OUTLINE_KNOTS * LFLARE_SPECTRUM_ROWS * 4);
+    if (!(hidden > 0)) return;
+    lflare__outliner_make(lens, t, g, n, &o);
+    for (j = 0; j < LFLARE_OUTLINE_KNOTS; j++, rows += LFLARE_SPECTRUM_ROWS * 4) {
+        o.slope = lflare__outline_slope(j, hidden);
+        if (!lflare__outline_place(&o) && j > 0) { /* shut: what the last one lets through, moved on */
+            memcpy(rows, rows - LFLARE_SPECTRUM_ROWS * 4, sizeof(float) * LFLARE_SPECTRUM_ROWS * 4);
+            rows[0] = (float)o.middle;
+        } else {
+            lflare__spectrum_knot(&o, split >> j & 1, rows);
+        }
+    }
+}
+
 static void lflare__outline_ghost(const lflare_lens *lens, lflare_tables *t, int32_t g, const double n[][LFLARE_MAX_SURFACES + 1])
 {
     float *all = t->outline + (size_t)g * LFLARE_OUTLINE_FLOATS, *middle = all + LFLARE__OUTLINE_ONE + LFLARE__OUTLINE_HEAD, hidden;
@@ -6920,17 +7031,7 @@ static void lflare__outline_ghost(const lflare_lens *lens, lflare_tables *t, int
     int any;
     memset(all, 0, sizeof(float) * LFLARE_OUTLINE_FLOATS);
     memset(&p, 0, sizeof p);
-    lflare__steps_make(lens, t, g, n);
-    lflare__tracer_make(t, g, &o.tracer);
-    o.find.lens = lens;
-    o.find.tracer = &o.tracer;
-    o.find.iris = (double)t->iris.radius;
-    o.find.reach = LFLARE__FIT_REACH * lflare__max(lens->sensor_width, lens->sensor_height);
-    o.find.lead = 1;
-    o.inscribed = (double)lflare__iris_inscribed(&t->iris);
-    o.pixel = lens->sensor_width / 1280;
-    o.most_apart = t->wavelength_count > 0 ? LFLARE__OUTLINE_ENDS_APART : LFLARE__OUTLINE_APART;
-    lflare__outline_lamps(&o, lens, t->pairs[g], n[1], head);
+    lflare__outliner_make(lens, t, g, n, &o);
     hidden = lflare__outline_hidden(&o);
     if (!(hidden > 0)) return;
     o.ragged = 0;
@@ -6953,6 +7054,16 @@ static int32_t lflare__outline_code(const lflare_tables *t, uint32_t g, float an
     if (!(angle < head[0])) return 0;
     *knot = (int32_t)lflare__minf(lflare__knot_of(angle, head[0], LFLARE_OUTLINE_KNOTS), LFLARE_OUTLINE_KNOTS - 2);
     return (int32_t)head[LFLARE__OUTLINE_HEAD + *knot * LFLARE__OUTLINE_KNOT + 11];
+}
+
+/* A bit for each knot next to which meshes are split. */
+static int32_t lflare__outline_split(const lflare_tables *t, int32_t g)
+{
+    const float *knots = t->outline + (size_t)g * LFLARE_OUTLINE_FLOATS + LFLARE__OUTLINE_ONE + LFLARE__OUTLINE_HEAD;
+    int32_t j, bits = 0;
+    for (j = 0; j < LFLARE_OUTLINE_KNOTS - 1; j++)
+        if ((int32_t)knots[j * LFLARE__OUTLINE_KNOT + 11] & 128) bits |= 3 << j;
+    return bits;
 }
 
 /* lflare__cull_ghost for a traced one. */
@@ -6994,20 +7105,23 @@ static void lflare__outline_cull(lflare_tables *t, int32_t g)
 #ifdef LFLARE__PATCHES
 LFLARE_API size_t lflare_tables_demand(lflare_tables *t, const lflare_settings *s, float *memory)
 {
-    size_t outlines = 0, steps = 0, spectra = 0;
-    if (s->wavelengths > LFLARE_WAVELENGTHS) spectra = (size_t)t->ghost_count * LFLARE_SPECTRUM_ROWS * 4;
+    size_t outlines = 0, steps = 0, spectra = 0, films = 0;
 #ifndef LFLARE_NO_TRACE
-    if (s->model == LFLARE_MODEL_TRACED && t->ghost_count > 0) {
-        outlines = (size_t)t->ghost_count * LFLARE_OUTLINE_FLOATS;
-        steps = (size_t)lflare__steps_of(t) * LFLARE_STEP_FLOATS;
+    if (s->wavelengths > LFLARE_WAVELENGTHS) {
+        spectra = (size_t)t->ghost_count * LFLARE_OUTLINE_KNOTS * LFLARE_SPECTRUM_ROWS * 4;
+        films = (size_t)t->surface_count * LFLARE_FILM_SAMPLES * (LFLARE_MAX_WAVELENGTHS + 1);
     }
+    if (s->model == LFLARE_MODEL_TRACED) outlines = (size_t)t->ghost_count * LFLARE_OUTLINE_FLOATS;
+    if (outlines + spectra > 0) steps = (size_t)lflare__steps_of(t) * LFLARE_STEP_FLOATS;
 #endif
     if (memory != NULL) {
         t->outline = outlines > 0 ? memory : NULL;
         t->steps = memory + outlines;
         t->spectrum = spectra > 0 ? memory + outlines + steps : NULL;
+        t->films = memory + outlines + steps + spectra;
     }
-    return outlines + steps + spectra;
+    (void)s;
+    return outlines + steps + spectra + films;
 }
 #endif
 
@@ -7020,7 +7134,7 @@ LFLARE_API lflare_tables_size lflare_tables_layout(const lflare_lens *lens, cons
     int32_t i;
     t->ghost_count = lens->ghost_count;
     t->fit = (const uint8_t *)fit;
-    t->mesh_head = t->mesh = t->outline = t->steps = t->spectrum = NULL;
+    t->mesh_head = t->mesh = t->outline = t->steps = t->spectrum = t->films = NULL;
     t->mesh_texels = lflare__mesh_layout(t);
     arrays[0] = ghosts * sizeof(lflare_pair);
     arrays[1] = ghosts * LFLARE_HEAD_FLOATS * f;
@@ -7358,6 +7472,9 @@ LFLARE_API lflare_result lflare_tables_configure_begin(const lflare_lens *lens, 
 #ifdef LFLARE__PATCHES
     t->model = s->model != LFLARE_MODEL_AUTO ? s->model : t->mesh != NULL ? LFLARE_MODEL_POLYNOMIAL : LFLARE_MODEL_PARAXIAL;
     lflare__spectral_make(t, t->model != LFLARE_MODEL_PARAXIAL && t->spectrum != NULL ? s->wavelengths : 0);
+#ifndef LFLARE_NO_TRACE
+    lflare__films_make(lens, t);
+#endif
 #else
     t->model = LFLARE_MODEL_PARAXIAL;
 #endif
@@ -7517,9 +7634,6 @@ static void lflare__configure_ghost(const lflare_lens *lens, lflare_tables *t, c
             weight += field[at * LFLARE_FIELD_FLOATS + k] / (float)LFLARE_WAVELENGTHS;
         }
         mean *= weight;
-#ifdef LFLARE__PATCHES
-        if (t->wavelength_count > 0) lflare__spectrum_ghost(lens, t, g, (double)field[at * LFLARE_FIELD_FLOATS + 3], tan((double)reference));
-#endif
     }
     for (j = 0; j < LFLARE_FIELD_SAMPLES; j++) {
         const float *sample = field + j * LFLARE_FIELD_FLOATS, *style = t->style + (size_t)g * LFLARE_STYLE_FLOATS;
@@ -7532,12 +7646,16 @@ static void lflare__configure_ghost(const lflare_lens *lens, lflare_tables *t, c
     if (t->model == LFLARE_MODEL_POLYNOMIAL) {
         lflare__mesh_ghost(lens, t, g);
         lflare__mesh_cull(t, g);
+#ifndef LFLARE_NO_TRACE
+        if (t->wavelength_count > 0) lflare__spectrum_ghost(lens, t, g, n, t->mesh_head[(size_t)g * LFLARE_MESH_HEAD_FLOATS + 4], t->mesh_head[(size_t)g * LFLARE_MESH_HEAD_FLOATS + 6] > 1 ? -1 : 0);
+#endif
     }
 #endif
 #ifndef LFLARE_NO_TRACE
     if (t->model == LFLARE_MODEL_TRACED) {
         lflare__outline_ghost(lens, t, g, n);
         lflare__outline_cull(t, g);
+        if (t->wavelength_count > 0) lflare__spectrum_ghost(lens, t, g, n, t->outline[(size_t)g * LFLARE_OUTLINE_FLOATS + LFLARE__OUTLINE_ONE], lflare__outline_split(t, g));
     }
 #endif
 }
@@ -7623,7 +7741,7 @@ LFLARE_API void lflare_tables_configure_end(lflare_tables *t, const lflare_setti
     if (t->model == LFLARE_MODEL_TRACED) t->mesh_hash = lflare__hash(t->outline, ghosts * LFLARE_OUTLINE_FLOATS, NULL, 0);
 #endif
 #ifdef LFLARE__PATCHES
-    if (t->wavelength_count > 0) t->mesh_hash ^= lflare__hash(t->spectrum, ghosts * LFLARE_SPECTRUM_ROWS * 4, t->spectral[0], 8);
+    if (t->wavelength_count > 0) t->mesh_hash ^= lflare__hash(t->spectrum, ghosts * LFLARE_OUTLINE_KNOTS * LFLARE_SPECTRUM_ROWS * 4, t->spectral[0], 8);
 #endif
     lflare__configure_image(t, s);
     t->mean_irradiance = (float)mean;
@@ -7967,7 +8085,8 @@ typedef struct lflare__patch_shape {
     float softness;           /* of the iris, in its radii */
     const float *ringing;     /* NULL: no fringes */
     float half_wave, widest;  /* mm, middle wavelength; fringes of the longest over its */
-    const float *spectrum;    /* the ghost's row; NULL: three wavelengths are the channels */
+    const float *spectrum;    /* the ghost's rows before the light's field angle; NULL: three wavelengths are the channels */
+    float between, bundle[3]; /* to the next; centre and half axes of the bundle that they are about */
     const float *shares, *next[2]; /* of a mesh for one wavelength that is drawn, see lflare_tables.spectral, and of those beside it; NULL: one for all */
     int32_t mesh;             /* which it is */
 } lflare__patch_shape;
@@ -8005,48 +8124,67 @@ static void lflare__patch_shape_make(const lflare_tables *t, const lflare_frame_
     p->grid = LFLARE__PIXEL_VARIANCE * f->pixel * f->pixel;
     p->shift[0] = t->efl * (p->style[4] * l->slope[0] - p->style[5] * l->slope[1]);
     p->shift[1] = t->efl * (p->style[4] * l->slope[1] + p->style[5] * l->slope[0]);
-    p->spectrum = t->wavelength_count > 0 ? t->spectrum + (size_t)g * LFLARE_SPECTRUM_ROWS * 4 : NULL;
-    p->shares = NULL;
-    if (p->spectrum != NULL && p->mesh >= 0) {
-        p->shares = t->spectral[p->mesh];
-        p->next[0] = t->spectral[p->mesh > 0 ? p->mesh - 1 : 0];
-        p->next[1] = t->spectral[p->mesh + 1 < t->wavelength_count ? p->mesh + 1 : p->mesh];
-    }
+    p->spectrum = p->shares = NULL;
 }
 
-/* What a vertex with these weights lights its channels with. */
-static void lflare__patch_light(const lflare__patch_shape *p, const float *weight, float *out)
+/* What more than three wavelengths need of a ghost that is hidden from a field angle on. */
+static void lflare__patch_spectrum(const lflare_tables *t, int32_t g, float hidden, lflare__patch_shape *p)
 {
-    float one = 0;
+    float at = lflare__knot_of(p->light->field_angle, hidden, LFLARE_OUTLINE_KNOTS);
+    int32_t first = (int32_t)lflare__minf(at, LFLARE_OUTLINE_KNOTS - 2), k;
+    if (t->wavelength_count == 0) return;
+    p->between = at - (float)first;
+    p->spectrum = t->spectrum + ((size_t)g * LFLARE_OUTLINE_KNOTS + (size_t)first) * LFLARE_SPECTRUM_ROWS * 4;
+    for (k = 0; k < 3; k++) p->bundle[k] = p->spectrum[k] + p->between * (p->spectrum[k + LFLARE_SPECTRUM_ROWS * 4] - p->spectrum[k]);
+    if (p->mesh < 0) return;
+    p->shares = t->spectral[p->mesh];
+    p->next[0] = t->spectral[p->mesh > 0 ? p->mesh - 1 : 0];
+    p->next[1] = t->spectral[p->mesh + 1 < t->wavelength_count ? p->mesh + 1 : p->mesh];
+}
+
+/* A parabola of the spectrum's rows at a place in the bundle. */
+static float lflare__spectrum_at(const float *spectrum, float between, int32_t row, const float *bundle)
+{
+    const float *c = spectrum + 4 * row, *d = c + LFLARE_SPECTRUM_ROWS * 4;
+    float a = bundle[0], b2 = bundle[1] * bundle[1], here = c[0] + a * (c[1] + a * c[2]) + b2 * c[3], next = d[0] + a * (d[1] + a * d[2]) + b2 * d[3];
+    return here + between * (next - here);
+}
+
+/* What a vertex at a place of the entrance lights its channels with: weights are those of the three wavelengths, unless there are more. */
+static void lflare__patch_light(const lflare__patch_shape *p, const float *weight, const float *entrance, lflare_patch_vertex *out, float *flux)
+{
+    float one = 1;
     int32_t k;
-    for (k = 0; k < LFLARE_WAVELENGTHS && p->shares != NULL; k++) one += p->shares[4 + k] * weight[k];
+    for (k = 0; k < 2; k++) out->bundle[k] = 0;
+    if (p->spectrum != NULL) {
+        out->bundle[0] = (entrance[0] - p->bundle[0]) / lflare__maxf(p->bundle[1], 1e-9f);
+        out->bundle[1] = entrance[1] / lflare__maxf(p->bundle[2], 1e-9f);
+        if (p->shares != NULL) one = lflare__maxf(lflare__spectrum_at(p->spectrum, p->between, 1 + p->mesh, out->bundle), 0);
+    }
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
         float light = p->gain * p->light->irradiance[k] * p->style[k];
-        if (p->shares != NULL) out[k] = one * p->spectrum[4 * p->mesh + k] * light;
-        else if (p->spectrum != NULL) out[k] = weight[k] * p->gain; /* the light's colour comes to what they add up to */
-        else out[k] = p->mesh < 0 || p->mesh == k ? weight[k] * light : 0;
+        if (p->shares != NULL) flux[k] = one * p->shares[4 + k] * light;
+        else if (p->spectrum != NULL) flux[k] = p->gain; /* W and the light's colour come to it */
+        else flux[k] = p->mesh < 0 || p->mesh == k ? weight[k] * light : 0;
     }
 }
 
 /* What a mesh for all of more than three wavelengths hands on with its vertices; where nothing cuts them they are colours at once. */
 static void lflare__patch_colour(const lflare__patch_shape *p, int masked, lflare_patch *out)
 {
-    int32_t i, k, j, c;
+    int32_t i, j, c;
     out->spectrum = p->shares == NULL ? p->spectrum : NULL;
+    out->between = p->between;
     for (c = 0; c < 3; c++) out->color[c] = p->light->irradiance[c] * p->style[c];
     if (out->spectrum == NULL || masked) return;
     for (i = 0; i < LFLARE_PATCH_RINGS; i++)
         for (j = 0; j < LFLARE_PATCH_DIRECTIONS; j++) {
             lflare_patch_vertex *v = &out->inside[i][j];
-            float lit[2][3];
-            for (c = 0; c < 3; c++)
-                for (lit[0][c] = lit[1][c] = 0, k = 0; k < LFLARE_WAVELENGTHS; k++) {
-                    float share = p->spectrum[4 * (LFLARE_SPECTRUM_ROWS - 3 + k) + c] * out->color[c];
-                    lit[0][c] += share * v->irradiance[k];
-                    lit[1][c] += share * v->flux[k];
-                }
-            memcpy(v->irradiance, lit[0], sizeof lit[0]);
-            memcpy(v->flux, lit[1], sizeof lit[1]);
+            for (c = 0; c < 3; c++) {
+                float lit = lflare__spectrum_at(p->spectrum, p->between, LFLARE_SPECTRUM_ROWS - 3 + c, v->bundle) * out->color[c];
+                v->irradiance[c] *= lit;
+                v->flux[c] *= lit;
+            }
         }
 }
 
@@ -8134,8 +8272,6 @@ static float lflare__mesh_float(const lflare__mesh_view *v, int32_t ring, int32_
     int32_t k;
     if (v->shares == NULL) return lflare__mesh_float_at(v, at, kept);
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) sum += v->shares[k] * lflare__mesh_float_at(v, at + (size_t)k * v->mesh, kept);
-    if (i == 4) /* weights stay positive */
-        for (sum = 0, k = 0; k < LFLARE_WAVELENGTHS; k++) sum += v->shares[4 + k] * lflare__mesh_float_at(v, at + (size_t)k * v->mesh, kept);
     return sum;
 }
 
@@ -8173,7 +8309,7 @@ static void lflare__patch_vertex(const lflare__mesh_view *v, const lflare__patch
     float flat, shrink, flux[LFLARE_WAVELENGTHS];
     int32_t k;
     lflare__mesh_vertex_at(v, at, direction, &m);
-    lflare__patch_light(p, m.weight, flux);
+    lflare__patch_light(p, m.weight, m.entrance, out, flux);
     shrink = fabsf(m.shrink);
     flat = lflare__maxf(p->even, lflare__minf(lflare__maxf(2 - shrink / m.spread, 0), 1));
     shrink = lflare__maxf(shrink, m.spread);
@@ -8222,8 +8358,9 @@ static int32_t lflare__mesh_resolve(const lflare_tables *t, const lflare_frame_d
     int32_t sectors = (int32_t)head[1] / 4, blocks = (int32_t)head[2] / 4, mesh = instance.patch / (sectors * blocks), block = instance.patch / sectors % blocks, i, k, ragged;
     lflare__mesh_view v;
     lflare__patch_shape p;
-    p.mesh = head[6] > 1 ? mesh : -1;
     lflare__patch_shape_make(t, f, l, instance.ghost, &p);
+    p.mesh = head[6] > 1 ? mesh : -1;
+    lflare__patch_spectrum(t, instance.ghost, head[4], &p);
     if (!lflare__mesh_view_make(t, instance.ghost, mesh, p.shares, l->field_angle, &v)) return 0;
     out->iris_soft = lflare__patch_soft(&p, v.knots[1]);
     lflare__patch_grow(f, v.knots[0], v.knots[2], v.knots[1], head[3], v.knots[6] < 0, &p);
@@ -8405,7 +8542,7 @@ static void lflare__traced_vertex(const lflare__traced_view *o, const lflare__pa
     memset(out, 0, sizeof *out);
     for (k = 0; k < LFLARE_WAVELENGTHS; k += 2)
         if (o->mesh < 0) v.ray.weight[k] *= o->knot[12 + k / 2];
-    lflare__patch_light(p, v.ray.weight, flux);
+    lflare__patch_light(p, v.ray.weight, v.place, out, flux);
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
         float stop[2], relative = v.ray.relative;
         memcpy(stop, v.ray.stop, sizeof stop);
@@ -8459,8 +8596,9 @@ static int32_t lflare__traced_resolve(const lflare_tables *t, const lflare_frame
     sectors = o.directions / 4;
     blocks = o.rings / 4;
     block = index / sectors;
-    p.mesh = o.mesh;
     lflare__patch_shape_make(t, f, l, instance.ghost, &p);
+    p.mesh = o.mesh;
+    lflare__patch_spectrum(t, instance.ghost, t->outline[(size_t)instance.ghost * LFLARE_OUTLINE_FLOATS + LFLARE__OUTLINE_ONE], &p);
     out->iris_soft = lflare__patch_soft(&p, o.knot[4]);
     lflare__patch_grow(f, o.knot[5], o.knot[6], o.knot[4], o.diffraction, o.knot[7] < 0, &p);
     p.middle = o.knot[10];
@@ -8835,7 +8973,7 @@ typedef struct lflare__plane {
 typedef struct lflare__triangle {
     double x[3], y[3], twice_area;
     int32_t begin, end; /* channels lit */
-    lflare__plane share[2], irradiance[3], iris[3][2], rim[3], rim_soft, rim_ring, iris_ring, bulge, turn, apart; /* share: of the second and third corner */
+    lflare__plane share[2], irradiance[3], iris[3][2], rim[3], rim_soft, rim_ring, iris_ring, bulge, turn, apart, bundle[2]; /* share: of the second and third corner */
 } lflare__triangle;
 
 /* What cuts the triangles of a patch. */
@@ -8847,6 +8985,7 @@ typedef struct lflare__outline {
     const lflare_tables *t;
     const float *spectrum; /* of lflare_patch; NULL: channels are colours */
     const float *color;
+    float between;
     float least;          /* of what a pixel gets: with more than three wavelengths colours may be negative */
 } lflare__outline;
 
@@ -9023,16 +9162,17 @@ static float lflare__rim_coverage(const lflare__triangle *t, const lflare__outli
 static void lflare__spectrum_pixel(const lflare__triangle *t, const lflare__outline *o, float covered, float x, float y, float *pixel)
 {
     lflare__height three[LFLARE_WAVELENGTHS];
-    float lit[LFLARE_WAVELENGTHS];
-    int32_t i, j, k, c;
-    for (k = 0; k < LFLARE_WAVELENGTHS; k++) lit[k] = lflare__maxf(lflare__plane_at(&t->irradiance[k], x, y), 0) * covered;
+    float lit = lflare__maxf(lflare__plane_at(&t->irradiance[0], x, y), 0) * covered, bundle[2];
+    int32_t i, j, c;
+    for (i = 0; i < 2; i++) bundle[i] = lflare__plane_at(&t->bundle[i], x, y);
     for (i = 0; i < o->t->wavelength_count; i += LFLARE_WAVELENGTHS) {
         for (j = 0; j < LFLARE_WAVELENGTHS; j++) lflare__height_at(t, 0, o->t->spectral[i + j], x, y, &three[j]);
         for (j = 0; j < LFLARE_WAVELENGTHS; j++) {
             const float *row = o->t->spectral[i + j];
-            float one = row[4] * lit[0] + row[5] * lit[1] + row[6] * lit[2];
-            if (one > 0) one *= lflare__rim_coverage(t, o, &three[j], three, sqrtf(row[3] / o->t->wavelengths[1]), x, y);
-            for (c = 0; c < 3; c++) pixel[c] += one * o->spectrum[4 * (i + j) + c] * o->color[c];
+            float one = lit * lflare__spectrum_at(o->spectrum, o->between, 1 + i + j, bundle);
+            if (!(one > 0)) continue;
+            one *= lflare__rim_coverage(t, o, &three[j], three, sqrtf(row[3] / o->t->wavelengths[1]), x, y);
+            for (c = 0; c < 3; c++) pixel[c] += one * row[4 + c] * o->color[c];
         }
     }
 }
@@ -9077,6 +9217,7 @@ static int lflare__triangle_make(const lflare_patch_vertex *const *v, const lfla
         t->iris_ring = lflare__plane_make(t, v[0]->iris_ring / f->pixel, v[1]->iris_ring / f->pixel, v[2]->iris_ring / f->pixel);
         t->turn = lflare__plane_make(t, v[0]->turn - least, v[1]->turn - least, v[2]->turn - least);
         t->bulge = lflare__plane_make(t, v[0]->bulge, v[1]->bulge, v[2]->bulge);
+        for (i = 0; i < 2; i++) t->bundle[i] = lflare__plane_make(t, v[0]->bundle[i], v[1]->bundle[i], v[2]->bundle[i]);
         t->apart = lflare__plane_make(t, v[0]->apart / f->pixel, v[1]->apart / f->pixel, v[2]->apart / f->pixel);
     }
     return 1;
@@ -9206,6 +9347,7 @@ LFLARE_API lflare_result lflare_software_patches(const lflare_tables *t, const l
         if (!lflare_patch_resolve(t, f, f->instances[i], &patch)) continue;
         o.spectrum = patch.spectrum;
         o.color = patch.color;
+        o.between = patch.between;
         o.iris_soft = t->iris.mask != NULL ? patch.iris_soft / f->pixel : 0; /* a mask is looked up everywhere */
         for (k = 0; k + 1 < LFLARE_PATCH_RINGS; k++) lflare__quads_draw(patch.inside[k], patch.inside[k + 1], f, &o, image, begin, end);
         o.iris_soft = patch.iris_soft / f->pixel;
@@ -9910,7 +10052,8 @@ static const char *const lflare__glsl_patch_frag[] = {
     "void main() { o_color = vec4(lit(), 0.0); }\n"
     "#else\n"
     "flat in vec4 v_light;\n"
-    "flat in int v_ghost;\n"
+    "flat in vec2 v_spectrum;\n"
+    "in vec2 v_bundle;\n"
     "in vec4 v_iris01;\n"
     "in vec4 v_iris2;\n"
     "in vec3 v_rim;\n"
@@ -9955,8 +10098,9 @@ static const char *const lflare__glsl_patch_frag[] = {
     "for (int i = 0; i < count; i += 3) {\n"
     "mat3 places = mat3(place_shares(i), place_shares(i + 1), place_shares(i + 2));\n"
     "vec3 waves = sqrt(vec3(u_spectral[2 * i].w, u_spectral[2 * i + 2].w, u_spectral[2 * i + 4].w) / u_spectrum.y);\n"
-    "vec3 open = max(light, 0.0) * mat3(weight_shares(i), weight_shares(i + 1), weight_shares(i + 2)) * covered(hx * places, hy * places, v_rim * places, true, waves);\n"
-    "sum += open.x * colours(v_ghost, i).rgb + open.y * colours(v_ghost, i + 1).rgb + open.z * colours(v_ghost, i + 2).rgb;\n"
+    "vec3 open = max(vec3(spectrum_at(v_spectrum, 1 + i, v_bundle), spectrum_at(v_spectrum, 2 + i, v_bundle), spectrum_at(v_spectrum, 3 + i, v_bundle)), 0.0);\n"
+    "open *= max(light, 0.0) * covered(hx * places, hy * places, v_rim * places, true, waves);\n"
+    "sum += open.x * colour_of(i) + open.y * colour_of(i + 1) + open.z * colour_of(i + 2);\n"
     "}\n"
     "o_color = vec4(sum * v_light.rgb, 0.0);\n"
     "}\n"
@@ -9976,7 +10120,8 @@ static const char *const lflare__glsl_patch_vert[] = {
     "out vec3 v_rim;\n"
     "out vec4 v_bulge;\n"
     "flat out vec4 v_light;\n"
-    "flat out int v_ghost;\n"
+    "flat out vec2 v_spectrum;\n"
+    "out vec2 v_bundle;\n"
     "#endif\n"
     "vec4 mesh(int i) { return texelFetch(u_mesh_table, ivec2(i % MESH_ROW, i / MESH_ROW), 0); }\n"
     "int g_knot, g_size;\n"
@@ -10007,9 +10152,8 @@ static const char *const lflare__glsl_patch_vert[] = {
     "vec4 kept_texel(int i)\n"
     "{\n"
     "if (g_mesh < 0) return kept_of(i);\n"
-    "vec4 a = kept_of(i), b = kept_of(i + g_next), c = kept_of(i + 2 * g_next);\n"
     "vec3 s = place_shares(g_mesh);\n"
-    "return vec4(dot(weight_shares(g_mesh), vec3(a.x, b.x, c.x)), s.x * a.yzw + s.y * b.yzw + s.z * c.yzw);\n"
+    "return s.x * kept_of(i) + s.y * kept_of(i + g_next) + s.z * kept_of(i + 2 * g_next);\n"
     "}\n"
     "int vertex(int ring, int direction) { return KNOT_TEXELS + (ring * (g_directions + 1) + direction) * g_texels; }\n"
     "float last(int ring, int direction) { return smooth_texel(vertex(ring, direction) + g_texels - 1).w; }\n"
@@ -10029,7 +10173,7 @@ static const char *const lflare__glsl_patch_vert[] = {
     "v_iris01 = v_iris2 = vec4(1.0);\n"
     "v_rim = vec3(1.0);\n"
     "v_bulge = v_light = vec4(0.0);\n"
-    "v_ghost = int(a_instance.x);\n"
+    "v_spectrum = v_bundle = vec2(0.0);\n"
     "#endif\n"
     "if (place < int(u_strip.x)) irradiance *= uintBitsToFloat(texelFetch(u_visibility, ivec2(place, 0), 0).r);\n"
     "g_directions = int(h0.y);\n"
@@ -10037,9 +10181,9 @@ static const char *const lflare__glsl_patch_vert[] = {
     "int sectors = g_directions / 4, blocks = g_rings / 4, mesh_index = patch_index / (sectors * blocks), block = patch_index / sectors % blocks;\n"
     "bool split_mesh = h1.z > 1.0, mixed = split_mesh && u_bands.x > 0.0, ragged = (int(h1.y) >> (mixed ? 0 : mesh_index) & 1) != 0;\n"
     "#ifdef PATCH_STRIP\n"
-    ,
     "bool drawn = ragged || block == blocks - 1;\n"
     "#else\n"
+    ,
     "bool drawn = !ragged;\n"
     "#endif\n"
     "if (!(l1.y < h1.x) || !drawn || !(irradiance.x + irradiance.y + irradiance.z > 0.0)) return;\n"
@@ -10080,8 +10224,8 @@ static const char *const lflare__glsl_patch_vert[] = {
     "float begin = float(g_rings) * max((split_mesh ? last(g_rings, direction) : edge.w) - max(inner.x, inner.y) - u_strip.w - 0.01, 0.0);\n"
     "float end = float(g_rings) * (1.0 + max(outer.x, outer.y) + u_strip.w + 1.2 * bulge);\n"
     "if (ragged) {\n"
-    ,
     "begin = float(block) / float(blocks) * end;\n"
+    ,
     "end *= float(block + 1) / float(blocks);\n"
     "}\n"
     "#ifdef PATCH_STRIP\n"
@@ -10114,9 +10258,10 @@ static const char *const lflare__glsl_patch_vert[] = {
     "}\n"
     "spread_of_shrink = max(spread_of_shrink, 1e-20);\n"
     "int mesh_or_all = split_mesh ? mesh_index : -1;\n"
-    "vec3 weight = channels(int(a_instance.x), mesh_or_all, max(split_mesh ? t1.xxx : t1.xyz, vec3(0.0))) * gain, light_colour = irradiance * style0.rgb;\n"
+    "vec2 spectrum = u_bands.x > 0.0 ? spectrum_of(int(a_instance.x), l1.y, h1.x) : vec2(0.0), bundle = u_bands.x > 0.0 ? bundle_of(spectrum, t0.zw) : vec2(0.0);\n"
+    "vec3 weight = channels(spectrum, bundle, mesh_or_all, max(split_mesh ? t1.xxx : t1.xyz, vec3(0.0))) * gain, light_colour = irradiance * style0.rgb;\n"
     "#ifndef PATCH_RIM\n"
-    "weight = summed(int(a_instance.x), mesh_or_all, weight) * light_colour;\n"
+    "weight *= summed(spectrum, bundle, mesh_or_all) * light_colour;\n"
     "#endif\n"
     "float shrink = abs(split_mesh ? t1.y : t1.w), flat_share = max(even, clamp(2.0 - shrink / spread_of_shrink, 0.0, 1.0));\n"
     "v_irradiance = (1.0 - flat_share) * weight / max(shrink, spread_of_shrink);\n"
@@ -10128,6 +10273,8 @@ static const char *const lflare__glsl_patch_vert[] = {
     "v_most = 8.0 / (spread_of_shrink * scale * scale);\n"
     "#ifdef PATCH_RIM\n"
     "v_light = vec4(light_colour, split_mesh ? 0.0 : u_bands.x);\n"
+    "v_spectrum = spectrum;\n"
+    "v_bundle = bundle;\n"
     "float apart = 0.0;\n"
     "if (mixed) {\n"
     "vec3 d = 0.5 * (place_shares(min(mesh_index + 1, int(u_bands.x) - 1)) - place_shares(max(mesh_index - 1, 0)));\n"
@@ -10145,8 +10292,8 @@ static const char *const lflare__glsl_patch_vert[] = {
     "v_iris2 = vec4(to_sensor * t4.xy, soft(t4.z) / u_lens.x, iris_soft / u_lens.x);\n"
     "v_rim = t2.xyz;\n"
     "}\n"
-    "float real_shrink = split_mesh ? t1.y : t1.w;\n"
     ,
+    "float real_shrink = split_mesh ? t1.y : t1.w;\n"
     "v_bulge = vec4(turn, 4.0 * bulge, vec2(fringe(real_shrink, whole.y, scale), fringe(real_shrink, split_mesh ? t1.w : t4.z, scale)) / u_lens.x);\n"
     "#endif\n"
     "vec2 position = vec2(local.x * axis.x - local.y * axis.y, local.x * axis.y + local.y * axis.x);\n"
@@ -10157,11 +10304,15 @@ static const char *const lflare__glsl_patch_vert[] = {
 static const char *const lflare__glsl_patches[] = {
     "uniform highp sampler2D u_ghosts;\n"
     "const float PIXEL_VARIANCE = 0.715 * 0.715 / 5.0;\n"
-    "const int SPECTRUM_ROWS = 36;\n"
+    "const int SPECTRUM_ROWS = 37, SPECTRUM_KNOTS = 12;\n"
     "vec4 ghosts(int i) { return texelFetch(u_ghosts, ivec2(i % 1024, i / 1024), 0); }\n"
-    "vec4 colours(int ghost, int i) { return ghosts(int(u_bands.y) + ghost * SPECTRUM_ROWS + i); }\n"
     "vec3 place_shares(int i) { return u_spectral[2 * i].xyz; }\n"
-    "vec3 weight_shares(int i) { return u_spectral[2 * i + 1].xyz; }\n"
+    "vec3 colour_of(int i) { return u_spectral[2 * i + 1].xyz; }\n"
+    "float spectrum_at(vec2 spectrum, int row, vec2 bundle)\n"
+    "{\n"
+    "int i = int(spectrum.x) + row;\n"
+    "return dot(mix(ghosts(i), ghosts(i + SPECTRUM_ROWS), spectrum.y), vec4(1.0, bundle.x, bundle.x * bundle.x, bundle.y * bundle.y));\n"
+    "}\n"
     "#ifdef PATCH_VERTEX\n"
     "float g_lamp;\n"
     "float soft(float lamp)\n"
@@ -10173,15 +10324,26 @@ static const char *const lflare__glsl_patches[] = {
     "{\n"
     "return (u_burst[2].w >= 0.0 ? scale : 0.0) * sqrt(0.5 * u_spectrum.y * sqrt(abs(shrink)) * abs(lamp));\n"
     "}\n"
-    "vec3 channels(int ghost, int mesh, vec3 weight)\n"
+    "vec2 spectrum_of(int ghost, float angle, float hidden)\n"
     "{\n"
-    "if (u_bands.x > 0.0 && mesh >= 0) return dot(weight_shares(mesh), weight) * colours(ghost, mesh).rgb;\n"
+    "float at = (1.0 - sqrt(max(1.0 - angle / hidden, 0.0))) * float(SPECTRUM_KNOTS - 1);\n"
+    "int first = int(min(at, float(SPECTRUM_KNOTS - 2)));\n"
+    "return vec2(int(u_bands.y) + (ghost * SPECTRUM_KNOTS + first) * SPECTRUM_ROWS, at - float(first));\n"
+    "}\n"
+    "vec2 bundle_of(vec2 spectrum, vec2 entrance)\n"
+    "{\n"
+    "vec3 b = mix(ghosts(int(spectrum.x)), ghosts(int(spectrum.x) + SPECTRUM_ROWS), spectrum.y).xyz;\n"
+    "return vec2((entrance.x - b.x) / max(b.y, 1e-9), entrance.y / max(b.z, 1e-9));\n"
+    "}\n"
+    "vec3 channels(vec2 spectrum, vec2 bundle, int mesh, vec3 weight)\n"
+    "{\n"
+    "if (u_bands.x > 0.0) return mesh < 0 ? vec3(1.0) : max(spectrum_at(spectrum, 1 + mesh, bundle), 0.0) * colour_of(mesh);\n"
     "return mesh < 0 ? weight : weight * vec3(equal(ivec3(0, 1, 2), ivec3(mesh)));\n"
     "}\n"
-    "vec3 summed(int ghost, int mesh, vec3 lit)\n"
+    "vec3 summed(vec2 spectrum, vec2 bundle, int mesh)\n"
     "{\n"
-    "if (u_bands.x == 0.0 || mesh >= 0) return lit;\n"
-    "return lit.x * colours(ghost, SPECTRUM_ROWS - 3).rgb + lit.y * colours(ghost, SPECTRUM_ROWS - 2).rgb + lit.z * colours(ghost, SPECTRUM_ROWS - 1).rgb;\n"
+    "if (u_bands.x == 0.0 || mesh >= 0) return vec3(1.0);\n"
+    "return vec3(spectrum_at(spectrum, SPECTRUM_ROWS - 3, bundle), spectrum_at(spectrum, SPECTRUM_ROWS - 2, bundle), spectrum_at(spectrum, SPECTRUM_ROWS - 1, bundle));\n"
     "}\n"
     "#endif\n"
     , NULL};
@@ -10317,7 +10479,8 @@ static const char *const lflare__glsl_traced_vert[] = {
     "out vec3 v_rim;\n"
     "out vec4 v_bulge;\n"
     "flat out vec4 v_light;\n"
-    "flat out int v_ghost;\n"
+    "flat out vec2 v_spectrum;\n"
+    "out vec2 v_bundle;\n"
     "#endif\n"
     "vec4 lens(int i) { return texelFetch(u_traced_lens, ivec2(i % ROW, i / ROW), 0); }\n"
     "int g_steps, g_count;\n"
@@ -10390,8 +10553,8 @@ static const char *const lflare__glsl_traced_vert[] = {
     "r.dy = kept * r.dy + more * ny;\n"
     "r.dz = kept * r.dz + more * nz;\n"
     "}\n"
-    "Rays rays_at(vec4 x, vec4 y)\n"
     ,
+    "Rays rays_at(vec4 x, vec4 y)\n"
     "{\n"
     "float norm = inversesqrt(1.0 + g_slope * g_slope);\n"
     "return Rays(x, y, vec4(0.0), vec4(g_slope * norm), vec4(0.0), vec4(norm), vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0), bvec4(true));\n"
@@ -10478,8 +10641,8 @@ static const char *const lflare__glsl_traced_vert[] = {
     "vec2 slope = l0.xy, axis = l0.zw;\n"
     "vec3 irradiance = l2.yzw * u_strip.y;\n"
     "int place = int(u_lights[light + 3].x), first = int(a_instance.w), outline = ghost + 3 + OUTLINE;\n"
-    "gl_Position = vec4(2.0, 2.0, 0.0, 1.0);\n"
     ,
+    "gl_Position = vec4(2.0, 2.0, 0.0, 1.0);\n"
     "v_irradiance = v_flux = vec3(0.0);\n"
     "v_entrance = vec2(0.0);\n"
     "v_most = 0.0;\n"
@@ -10487,7 +10650,7 @@ static const char *const lflare__glsl_traced_vert[] = {
     "v_iris01 = v_iris2 = vec4(1.0);\n"
     "v_rim = vec3(1.0);\n"
     "v_bulge = v_light = vec4(0.0);\n"
-    "v_ghost = int(a_instance.x);\n"
+    "v_spectrum = v_bundle = vec2(0.0);\n"
     "#endif\n"
     "if (place < int(u_strip.x)) irradiance *= uintBitsToFloat(texelFetch(u_visibility, ivec2(place, 0), 0).r);\n"
     "int code = int(ghosts(outline + 1 + first * KNOT + 2).w), rings = code & 63, directions = (code & 64) != 0 ? 32 : 16;\n"
@@ -10578,9 +10741,10 @@ static const char *const lflare__glsl_traced_vert[] = {
     "float flat_share = max(even, clamp(2.0 - abs(shrink) / spread, 0.0, 1.0)), chord = length(around);\n"
     "if (!split_mesh) weight.rb *= brighter.xy;\n"
     ,
-    "vec3 flux = channels(int(a_instance.x), mesh, weight) * gain, light_colour = irradiance * style0.rgb;\n"
+    "vec2 spectrum = u_bands.x > 0.0 ? spectrum_of(int(a_instance.x), l1.y, h.x) : vec2(0.0), bundle = u_bands.x > 0.0 ? bundle_of(spectrum, ray_at) : vec2(0.0);\n"
+    "vec3 flux = channels(spectrum, bundle, mesh, weight) * gain, light_colour = irradiance * style0.rgb;\n"
     "#ifndef PATCH_RIM\n"
-    "flux = summed(int(a_instance.x), mesh, flux) * light_colour;\n"
+    "flux *= summed(spectrum, bundle, mesh) * light_colour;\n"
     "#endif\n"
     "if (flat_share < 1.0) v_irradiance = (1.0 - flat_share) * flux / max(abs(shrink), spread);\n"
     "v_flux = flat_share * flux * scale * scale;\n"
@@ -10590,6 +10754,8 @@ static const char *const lflare__glsl_traced_vert[] = {
     "v_entrance = vec2(in_at.x * axis.x - in_at.y * axis.y, in_at.x * axis.y + in_at.y * axis.x);\n"
     "#ifdef PATCH_RIM\n"
     "v_light = vec4(light_colour, split_mesh ? 0.0 : u_bands.x);\n"
+    "v_spectrum = spectrum;\n"
+    "v_bundle = bundle;\n"
     "float apart = 0.0;\n"
     "if (split_mesh && own.arrives.y && own.arrives.z) apart = 0.715 * 0.5 * scale * length(vec2(own.sensor_x.z - own.sensor_x.y, own.sensor_y.z - own.sensor_y.y)) / u_lens.x;\n"
     "vec4 off_x = own.sensor_x.x - own.sensor_x, off_y = own.sensor_y.x - own.sensor_y;\n"
@@ -10974,7 +11140,7 @@ static lflare_result lflare__gl_upload_block(lflare_gl *o, lflare__gluint textur
 }
 
 static size_t lflare__gl_head_texels(const lflare_tables *t) { return (size_t)t->ghost_count * ((LFLARE_MESH_HEAD_FLOATS + LFLARE_STYLE_FLOATS) / 4); }
-static size_t lflare__gl_spectrum_texels(const lflare_tables *t) { return t->wavelength_count > 0 ? (size_t)t->ghost_count * LFLARE_SPECTRUM_ROWS : 0; }
+static size_t lflare__gl_spectrum_texels(const lflare_tables *t) { return t->wavelength_count > 0 ? (size_t)t->ghost_count * LFLARE_OUTLINE_KNOTS * LFLARE_SPECTRUM_ROWS : 0; }
 
 /* The meshes' heads with the ghosts' style; colours. */
 static void lflare__gl_fill_heads(const lflare_tables *t, float *out)

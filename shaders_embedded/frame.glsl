@@ -7,7 +7,7 @@ layout(std140) uniform lflare_frame {
     vec4 u_burst[3];   /* starburst: gain, mm of its unit; tail, half thickness of the streak; gain of that, irradiance from which on ghosts have fringes, -1: none has */
     vec4 u_blades[16]; /* normal, distance, arc radius */
     vec4 u_bands;      /* more than three wavelengths: how many, where their colours are in u_ghosts, 0, 0; none: 0 */
-    vec4 u_spectral[66]; /* of each: shares of the three in its places, wavelength in mm; shares in its weights, 0 */
+    vec4 u_spectral[66]; /* of each: shares of the three in its places, wavelength in mm; what it adds to RGB, 0 */
     vec4 u_lights[928];/* 232 x (slope, axis)(slope length, field angle, angular radius, image x)(image y, irradiance)(place in the strip, -, reach of starburst, of streak) */
 };
 

@@ -15,7 +15,8 @@ vec3 lit()
 void main() { o_color = vec4(lit(), 0.0); } /* the vertices' colours are whole */
 #else
 flat in vec4 v_light; /* the light's colour; how many wavelengths the three heights stand for, if they are more */
-flat in int v_ghost;
+flat in vec2 v_spectrum; /* their colours, */
+in vec2 v_bundle;        /* and where in the bundle */
 /* Coverage within iris and rim where a mesh's heights say so: see lflare__rim_coverage. */
 in vec4 v_iris01;  /* red's and green's place on the iris */
 in vec4 v_iris2;   /* blue's; width of the soft rim, pixels; that of the iris */
@@ -66,8 +67,9 @@ void main()
     for (int i = 0; i < count; i += 3) { /* three at a time */
         mat3 places = mat3(place_shares(i), place_shares(i + 1), place_shares(i + 2));
         vec3 waves = sqrt(vec3(u_spectral[2 * i].w, u_spectral[2 * i + 2].w, u_spectral[2 * i + 4].w) / u_spectrum.y);
-        vec3 open = max(light, 0.0) * mat3(weight_shares(i), weight_shares(i + 1), weight_shares(i + 2)) * covered(hx * places, hy * places, v_rim * places, true, waves);
-        sum += open.x * colours(v_ghost, i).rgb + open.y * colours(v_ghost, i + 1).rgb + open.z * colours(v_ghost, i + 2).rgb;
+        vec3 open = max(vec3(spectrum_at(v_spectrum, 1 + i, v_bundle), spectrum_at(v_spectrum, 2 + i, v_bundle), spectrum_at(v_spectrum, 3 + i, v_bundle)), 0.0);
+        open *= max(light, 0.0) * covered(hx * places, hy * places, v_rim * places, true, waves);
+        sum += open.x * colour_of(i) + open.y * colour_of(i + 1) + open.z * colour_of(i + 2);
     }
     o_color = vec4(sum * v_light.rgb, 0.0);
 }

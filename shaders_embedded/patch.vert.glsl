@@ -17,7 +17,8 @@ out vec4 v_iris01, v_iris2;
 out vec3 v_rim;
 out vec4 v_bulge;
 flat out vec4 v_light;
-flat out int v_ghost;
+flat out vec2 v_spectrum;
+out vec2 v_bundle;
 #endif
 
 vec4 mesh(int i) { return texelFetch(u_mesh_table, ivec2(i % MESH_ROW, i / MESH_ROW), 0); }
@@ -54,13 +55,11 @@ vec4 smooth_texel(int i)
     return s.x * smooth_of(i) + s.y * smooth_of(i + g_next) + s.z * smooth_of(i + 2 * g_next);
 }
 
-/* Its first float is a weight, which stays positive. */
 vec4 kept_texel(int i)
 {
     if (g_mesh < 0) return kept_of(i);
-    vec4 a = kept_of(i), b = kept_of(i + g_next), c = kept_of(i + 2 * g_next);
     vec3 s = place_shares(g_mesh);
-    return vec4(dot(weight_shares(g_mesh), vec3(a.x, b.x, c.x)), s.x * a.yzw + s.y * b.yzw + s.z * c.yzw);
+    return s.x * kept_of(i) + s.y * kept_of(i + g_next) + s.z * kept_of(i + 2 * g_next);
 }
 
 int vertex(int ring, int direction) { return KNOT_TEXELS + (ring * (g_directions + 1) + direction) * g_texels; }
@@ -84,7 +83,7 @@ void main()
     v_iris01 = v_iris2 = vec4(1.0);
     v_rim = vec3(1.0);
     v_bulge = v_light = vec4(0.0);
-    v_ghost = int(a_instance.x);
+    v_spectrum = v_bundle = vec2(0.0);
 #endif
     if (place < int(u_strip.x)) irradiance *= uintBitsToFloat(texelFetch(u_visibility, ivec2(place, 0), 0).r);
     g_directions = int(h0.y);
@@ -173,9 +172,10 @@ void main()
     }
     spread_of_shrink = max(spread_of_shrink, 1e-20);
     int mesh_or_all = split_mesh ? mesh_index : -1;
-    vec3 weight = channels(int(a_instance.x), mesh_or_all, max(split_mesh ? t1.xxx : t1.xyz, vec3(0.0))) * gain, light_colour = irradiance * style0.rgb;
+    vec2 spectrum = u_bands.x > 0.0 ? spectrum_of(int(a_instance.x), l1.y, h1.x) : vec2(0.0), bundle = u_bands.x > 0.0 ? bundle_of(spectrum, t0.zw) : vec2(0.0);
+    vec3 weight = channels(spectrum, bundle, mesh_or_all, max(split_mesh ? t1.xxx : t1.xyz, vec3(0.0))) * gain, light_colour = irradiance * style0.rgb;
 #ifndef PATCH_RIM
-    weight = summed(int(a_instance.x), mesh_or_all, weight) * light_colour;
+    weight *= summed(spectrum, bundle, mesh_or_all) * light_colour;
 #endif
     float shrink = abs(split_mesh ? t1.y : t1.w), flat_share = max(even, clamp(2.0 - shrink / spread_of_shrink, 0.0, 1.0));
     v_irradiance = (1.0 - flat_share) * weight / max(shrink, spread_of_shrink);
@@ -187,6 +187,8 @@ void main()
     v_most = 8.0 / (spread_of_shrink * scale * scale);
 #ifdef PATCH_RIM
     v_light = vec4(light_colour, split_mesh ? 0.0 : u_bands.x);
+    v_spectrum = spectrum;
+    v_bundle = bundle;
     float apart = 0.0; /* way to the next wavelength's picture, pixels */
     if (mixed) {
         vec3 d = 0.5 * (place_shares(min(mesh_index + 1, int(u_bands.x) - 1)) - place_shares(max(mesh_index - 1, 0)));

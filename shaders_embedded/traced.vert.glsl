@@ -18,7 +18,8 @@ out vec4 v_iris01, v_iris2;
 out vec3 v_rim;
 out vec4 v_bulge;
 flat out vec4 v_light;
-flat out int v_ghost;
+flat out vec2 v_spectrum;
+out vec2 v_bundle;
 #endif
 
 vec4 lens(int i) { return texelFetch(u_traced_lens, ivec2(i % ROW, i / ROW), 0); }
@@ -210,7 +211,7 @@ void main()
     v_iris01 = v_iris2 = vec4(1.0);
     v_rim = vec3(1.0);
     v_bulge = v_light = vec4(0.0);
-    v_ghost = int(a_instance.x);
+    v_spectrum = v_bundle = vec2(0.0);
 #endif
     if (place < int(u_strip.x)) irradiance *= uintBitsToFloat(texelFetch(u_visibility, ivec2(place, 0), 0).r);
     int code = int(ghosts(outline + 1 + first * KNOT + 2).w), rings = code & 63, directions = (code & 64) != 0 ? 32 : 16; /* lflare__mesh_code */
@@ -307,9 +308,10 @@ void main()
     float spread = whole_ray ? max(max(abs(dot(grows, radial)), abs(dot(grows, around))), 1e-20) : 1e30;
     float flat_share = max(even, clamp(2.0 - abs(shrink) / spread, 0.0, 1.0)), chord = length(around);
     if (!split_mesh) weight.rb *= brighter.xy;
-    vec3 flux = channels(int(a_instance.x), mesh, weight) * gain, light_colour = irradiance * style0.rgb;
+    vec2 spectrum = u_bands.x > 0.0 ? spectrum_of(int(a_instance.x), l1.y, h.x) : vec2(0.0), bundle = u_bands.x > 0.0 ? bundle_of(spectrum, ray_at) : vec2(0.0);
+    vec3 flux = channels(spectrum, bundle, mesh, weight) * gain, light_colour = irradiance * style0.rgb;
 #ifndef PATCH_RIM
-    flux = summed(int(a_instance.x), mesh, flux) * light_colour;
+    flux *= summed(spectrum, bundle, mesh) * light_colour;
 #endif
     if (flat_share < 1.0) v_irradiance = (1.0 - flat_share) * flux / max(abs(shrink), spread);
     v_flux = flat_share * flux * scale * scale;
@@ -319,6 +321,8 @@ void main()
     v_entrance = vec2(in_at.x * axis.x - in_at.y * axis.y, in_at.x * axis.y + in_at.y * axis.x);
 #ifdef PATCH_RIM
     v_light = vec4(light_colour, split_mesh ? 0.0 : u_bands.x);
+    v_spectrum = spectrum;
+    v_bundle = bundle;
     float apart = 0.0; /* way to the next wavelength's picture, pixels */
     if (split_mesh && own.arrives.y && own.arrives.z) apart = 0.715 * 0.5 * scale * length(vec2(own.sensor_x.z - own.sensor_x.y, own.sensor_y.z - own.sensor_y.y)) / u_lens.x;
     vec4 off_x = own.sensor_x.x - own.sensor_x, off_y = own.sensor_y.x - own.sensor_y; /* lflare__traced_match */
