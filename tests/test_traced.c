@@ -86,14 +86,14 @@ static void rays(void **state)
     size_t l;
     (void)state;
     for (l = 0; l < sizeof paths / sizeof *paths; l++) {
-        lflare_settings settings = plain_at(0, LFLARE_MODEL_PARAXIAL);
+        lflare_settings settings = plain_at(0, LFLARE_MODEL_PARAXIAL), demanding = plain_at(0, LFLARE_MODEL_TRACED);
         lflare *flare = open_lens(paths[l], &settings);
         lflare_tables tables = *lflare_get_tables(flare), *t = &tables;
         double apart = 0, height = 0, weight = 0, indices[LFLARE_WAVELENGTHS][LFLARE_MAX_SURFACES + 1];
         int32_t g, k, n = 0, fates = 0;
-        float *memory = (float *)malloc(sizeof(float) * lflare_tables_traced(t, NULL));
+        float *memory = (float *)malloc(sizeof(float) * lflare_tables_demand(t, &demanding, NULL));
         int i, j;
-        lflare_tables_traced(t, memory);
+        lflare_tables_demand(t, &demanding, memory);
         for (k = 0; k < LFLARE_WAVELENGTHS; k++) lflare__indices(&lflare_get_lens(flare)->prescription, (double)t->wavelengths[k], indices[k]);
         for (g = 0; g < t->ghost_count; g++)
             for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
@@ -171,7 +171,7 @@ static void outlines(void **state)
                         memset(&instance, 0, sizeof instance);
                         instance.ghost = (uint16_t)g;
                         instance.band = (uint16_t)band;
-                        if (code > 0) instance.patch = (uint16_t)(lflare__code_meshes(code) == 1 ? 0 : k * lflare__code_patches(code) / LFLARE_WAVELENGTHS);
+                        if (code > 0) instance.patch = (uint16_t)(code & 128 ? k * lflare__code_patches(t, code) / LFLARE_WAVELENGTHS : 0);
                         if (code > 0) seen = lflare__traced_view_make(t, instance, &at, &patch, &view);
                         lflare__tracer_make(t, g, &tracer);
                         tracer.slope = at.slope_length;
