@@ -181,8 +181,8 @@
 
    THE TABLES, BY LIFETIME (all float; every row is a whole number of RGBA32F texels, so a GPU reads it with texelFetch)
 
-       lens      head      ghost:  3 x (Ma11 Ma12 M11 M12), one per wavelength; (first second rims 128 third + fourth) 64
-       lens      rims      ghost:  LFLARE_MAX_RIMS x 3 x (A B h surface); h 0: the iris once more, of its radius 576 bytes
+       lens      head      ghost:  3 x (Ma11 Ma12 M11 M12), one per wavelength; (first second rims 3rd,4th)   64 bytes
+       lens      rims      ghost:  LFLARE_MAX_RIMS x 3 x (A B h surface), h 0: the iris again             576 bytes
        lens      film      surface: 128 x (R at 3 wavelengths, 0) over cos(theta) in the rarer medium     2048 bytes
        lens      index     surface: index behind it at 3 wavelengths
        lens      surface   surface: vertex, curvature, rim, conic and aspheric terms                             48 bytes
@@ -857,8 +857,9 @@ typedef struct lflare_tables {
     float wavelengths[LFLARE_WAVELENGTHS];
     /* lens: filled by lflare_tables_prepare */
     lflare_pair *pairs;     /* [ghost_count] */
-    float *head;            /* [ghost_count * LFLARE_HEAD_FLOATS] */
-    float *rims;            /* [ghost_count * LFLARE_MAX_RIMS * LFLARE_RIM_FLOATS] */
+    float *head;            /* [ghost_count * LFLARE_HEAD_FLOATS]; the last is third * LFLARE_MAX_SURFACES + fourth */
+    float *rims;            /* [ghost_count * LFLARE_MAX_RIMS * LFLARE_RIM_FLOATS]; h is 0 where the rim is the iris at a crossing that blades do
+                               not shape: take the radius of the iris in force */
     float *film;            /* [surface_count * LFLARE_FILM_SAMPLES * 4] */
     float *index;           /* [surface_count * 4]: behind each surface, 0 */
     float *surface;         /* [surface_count * LFLARE_SURFACE_FLOATS]: z of the vertex, curvature, clear semi-diameter, 1 + conic constant; aspheric
