@@ -14,7 +14,8 @@
        LFLARE_NO_STDIO         leaves out lflare_file_read and the include of <stdio.h>
        LFLARE_NO_SOFTWARE      leaves out the room "software"
        LFLARE_NO_GL            leaves out the room "gl"
-       LFLARE_NO_TRACE         leaves out the room "trace", and traced ghosts: fits made elsewhere are still loaded and drawn
+       LFLARE_NO_TRACE         leaves out the room "trace", traced ghosts, ghosts across the stop and of four reflections: fits of
+                               the others made elsewhere are still loaded and drawn
        LFLARE_NO_ABERRATION    leaves out the polynomial model: room "aberration", fitting, meshes
        LFLARE_NO_DIFFRACTION   leaves out the room "diffraction": starbursts, masks
 
@@ -145,7 +146,10 @@
 
    THE MODEL (sources: Lee & Eisemann 2013 = LE; Hullin et al. 2011 = H; project notes = P with their section)
 
-   A ghost is a pair of surfaces (first, second), second in front of first, on one side of the stop. Per wavelength two
+   A ghost is a pair of surfaces (first, second), second in front of first, on one side of the stop. Two kinds more may be asked for
+   (lflare_desc.paths): pairs with the stop between them, whose light passes it three times, and four reflections, of which those that
+   lay most light on the frame are kept. Where a path crosses the stop more than once the blades shape one crossing, the one that clips
+   first on the axis; at the others the iris clips as its circumscribed circle. Per wavelength two
    2x2 matrices carry an entrance point r (on the plane of the first vertex) and slope u to the stop, a = Ma11 r +
    Ma12 u, and to the sensor, s = M11 r + M12 u (LE 3). Every crossing k of the path clips: |A_k r + B_k u| <= h_k (P 3).
    All clipping circles have their centres on the line through the axis and the light, hence two facts used throughout:
@@ -177,8 +181,8 @@
 
    THE TABLES, BY LIFETIME (all float; every row is a whole number of RGBA32F texels, so a GPU reads it with texelFetch)
 
-       lens      head      ghost:  3 x (Ma11 Ma12 M11 M12), one per wavelength; (first second rims 0)       64 bytes
-       lens      rims      ghost:  LFLARE_MAX_RIMS x 3 x (A B h surface)                                   576 bytes
+       lens      head      ghost:  3 x (Ma11 Ma12 M11 M12), one per wavelength; (reflections, rims, steps)     64 bytes
+       lens      rims      ghost:  LFLARE_MAX_RIMS x 3 x (A B h surface), h 0: the iris again             576 bytes
        lens      film      surface: 128 x (R at 3 wavelengths, 0) over cos(theta) in the rarer medium     2048 bytes
        lens      index     surface: index behind it at 3 wavelengths
        lens      surface   surface: vertex, curvature, rim, conic and aspheric terms                             48 bytes
@@ -202,7 +206,7 @@
    LIMITS
 
    128 rows, 1024 layers in all, 65,535 ghosts, 65,535 lights as fixed at creation, pictures of any size. Rotationally
-   symmetric refracting lenses. Two reflections, on one side of the stop.
+   symmetric refracting lenses. Two reflections on one side of the stop; on request across it, and at most 256 ghosts of four.
 
    GL STATE
 
@@ -252,7 +256,9 @@ enum {
     LFLARE_MAX_BLADES = 16,
     LFLARE_MAX_EDGES = 5,      /* of a drawn footprint: the iris and the four rims that bind most for its light */
     LFLARE_MAX_RIMS = 12,      /* clipping circles kept per ghost, pupil and iris not counted; those that bind most */
-    LFLARE_MAX_CIRCLES = 3 * LFLARE_MAX_SURFACES + 2, /* of a path: a rim per crossing */
+    LFLARE_MAX_CIRCLES = 5 * LFLARE_MAX_SURFACES + 2, /* of a path: a rim per crossing */
+    LFLARE_MAX_FOUR = 256,     /* ghosts of four reflections */
+    LFLARE_MAX_STOPS = 5,      /* crossings of the stop by one path */
     LFLARE_MAX_NOTES = 160,
     LFLARE_WAVELENGTHS = 3,    /* at which lenses are known */
     LFLARE_MAX_WAVELENGTHS = 32, /* of which pictures are made, if settings ask for more: in between, and beyond, the three are interpolated */
@@ -392,6 +398,18 @@ typedef struct lflare_matrix {
     double a, b, c, d;
 } lflare_matrix;
 
+/* Which light paths are ghosts, besides those of two reflections on one side of the stop. All zeroes: no others. */
+typedef struct lflare_paths {
+    int32_t across_stop; /* 1: ghosts whose reflections have the stop between them, too, which so pass it three or five times */
+    int32_t four;        /* most ghosts of four reflections, those that lay most light on the frame: see lflare_lens_paths; 0 = none */
+} lflare_paths;
+
+/* Surfaces that reflect, from 0, in the order of time: the second in front of the first, the third behind the second, the fourth in
+   front of the third. Two reflections: third and fourth are 0. Tables for people count from 1. */
+typedef struct lflare_pair {
+    int32_t first, second, third, fourth;
+} lflare_pair;
+
 /* A validated lens in which nothing is missing. Plain data. */
 typedef struct lflare_lens {
     lflare_prescription prescription; /* with every derived value filled in */
@@ -401,14 +419,26 @@ typedef struct lflare_lens {
     double stop_a11;                  /* height at the stop per height at the entrance, direct path, d line */
     double sensor_width, sensor_height;
     int32_t ghost_count;
+    lflare_paths paths;               /* which these are: see lflare_lens_paths */
+    int32_t four_count;               /* ghosts of four reflections, ordered by their surfaces */
+    lflare_pair four[LFLARE_MAX_FOUR];
     int32_t note_count;               /* what was derived or looks odd */
     lflare_note notes[LFLARE_MAX_NOTES];
 } lflare_lens;
 
 /* Checks a prescription and derives what is missing: sensor, focus, stop from the f-number or the reverse, clear
    semi-diameters from the paraxial marginal ray and the chief ray to the sensor's corner (half the beam passes there).
-   Allocates nothing; O(surfaces^2). *error may be NULL. */
+   Allocates nothing; O(surfaces^2). *error may be NULL. Its ghosts have two reflections on one side of the stop. */
 LFLARE_API lflare_result lflare_lens_derive(const lflare_prescription *prescription, lflare_lens *out, lflare_error *error);
+
+/* Chooses which paths of a derived lens are ghosts: everything that follows takes them from the lens, so this comes first; tables and
+   fits made before no longer belong to it. paths NULL is as all zeroes. `four` is 0 to LFLARE_MAX_FOUR and, where across_stop is 0, counts
+   paths on one side of the stop alone. Kept are those of most flux on the frame: paraxially, on the axis, at 510 nm and f/8 (or the full
+   opening, if that is less), W times the area that is open over what it spreads to, the frame at least; of equals (to a float) those of the
+   lower surfaces. Allocates nothing; 3 ms at 34 surfaces, 0.2 s at most: lenses of a hundred surfaces that are all much alike have more paths than
+   that allows to look at. With LFLARE_NO_TRACE there are none of these. On error the lens stays as it
+   is; error may be NULL. */
+LFLARE_API lflare_result lflare_lens_paths(lflare_lens *lens, const lflare_paths *paths, lflare_error *error);
 
 /* One sentence about a note; `out` of `size` bytes is always terminated if size > 0. Returns out. */
 LFLARE_API const char *lflare_note_text(const lflare_note *note, char *out, size_t size);
@@ -422,34 +452,34 @@ LFLARE_API double lflare_sag(const lflare_surface *surface, double r);
 
 /* ---- ghosts ---- */
 
-/* Surfaces that reflect, from 0: first behind second in space, before it in time. Tables for people count from 1. */
-typedef struct lflare_pair {
-    int32_t first, second;
-} lflare_pair;
-
-/* All pairs on one side of the stop with an index step at both (P 3), ordered by first, then second. *count: room in
-   `out` on entry, number of ghosts on return; LFLARE_INCOMPLETE if there was too little. out may be NULL if *count is 0. */
+/* All pairs of surfaces with an index step (P 3) on one side of the stop, or as lflare_lens_paths has it, ordered by first, then
+   second; behind them the lens's ghosts of four reflections. *count: room in `out` on entry, number of ghosts on return;
+   LFLARE_INCOMPLETE if there was too little. out may be NULL if *count is 0. What follows takes any path of four reflections, in the
+   list or not, and across the stop if lens->paths.across_stop is set. */
 LFLARE_API lflare_result lflare_ghost_list(const lflare_lens *lens, lflare_pair *out, int32_t *count);
 
 typedef struct lflare_ghost_matrices {
-    lflare_matrix ma, ms, m; /* entrance to stop, stop to sensor, entrance to sensor */
+    lflare_matrix ma, ms, m; /* entrance to stop (see lflare_crossing.iris), stop to sensor, entrance to sensor */
 } lflare_ghost_matrices;
 
-/* Matrices of `count` ghosts at one wavelength; O(surfaces + count) when the pairs are in the list's order. */
+/* Matrices of `count` ghosts at one wavelength; O(surfaces + count) when the pairs are in the list's order, and O(surfaces) each for
+   those of four reflections and across the stop. */
 LFLARE_API lflare_result lflare_ghost_optics(const lflare_lens *lens, double nm, const lflare_pair *pairs, int32_t count,
                                              lflare_ghost_matrices *out);
 
 typedef struct lflare_crossing {
     int32_t surface;
-    int32_t backwards; /* 1 between the two reflections, and for the reflection at `second` */
-    int32_t reflected; /* 1 at first and second */
+    int32_t backwards; /* 1 from behind the first reflection up to the second, that included, and again from the third to the fourth */
+    int32_t reflected;
+    int32_t iris;      /* 1 where the blades shape the ghost: of all crossings of the stop the one whose image on the entrance is smallest (at
+                          the d line), and so clips first. At others the iris clips as a round rim, its circumscribed circle */
     double a, b;       /* height here = a r + b u */
     double p, q;       /* tangent of the paraxial angle of incidence = |p r + q u| (P 5) */
     double n_in, n_out;/* indices on the side the ray comes from and on the other side */
 } lflare_crossing;
 
-/* Every crossing of a ghost's path in order, the stop included once. *count as in lflare_ghost_list; at most
-   3 * LFLARE_MAX_SURFACES. */
+/* Every crossing of a ghost's path in order, those of the stop included. *count as in lflare_ghost_list; at most
+   5 * LFLARE_MAX_SURFACES. */
 LFLARE_API lflare_result lflare_ghost_path(const lflare_lens *lens, double nm, lflare_pair pair, lflare_crossing *out, int32_t *count);
 
 /* Circles |x - centre u| <= radius, all on one line (in entrance mm along the light's direction). */
@@ -468,7 +498,8 @@ LFLARE_API lflare_region lflare_region_of(const lflare_circle *circles, int32_t 
 
 typedef enum lflare_clip { LFLARE_CLIP_IRIS, LFLARE_CLIP_PUPIL, LFLARE_CLIP_BOTH, LFLARE_CLIP_RIM, LFLARE_CLIP_HIDDEN } lflare_clip;
 
-/* What bounds a ghost for slope u >= 0 and a round iris of radius `iris` (P 3), and the exact footprint on the entrance. */
+/* What bounds a ghost for slope u >= 0 and a round iris of radius `iris` (P 3), and the exact footprint on the entrance. Where the stop is
+   crossed more than once LFLARE_CLIP_IRIS speaks of the crossing that blades shape, LFLARE_CLIP_RIM of the others, too. */
 LFLARE_API lflare_clip lflare_ghost_clip(const lflare_lens *lens, double nm, lflare_pair pair, double iris, double u, lflare_region *region);
 
 /* ---- coating ---- */
@@ -633,11 +664,11 @@ LFLARE_API void lflare_starburst_at(const lflare_starburst *starburst, float x, 
 
 /* ---- trace (not with LFLARE_NO_TRACE) ---- */
 
-enum { LFLARE_MAX_STEPS = 3 * LFLARE_MAX_SURFACES };
+enum { LFLARE_MAX_STEPS = 5 * LFLARE_MAX_SURFACES };
 
 /* A surface as a path meets it. */
 typedef struct lflare_step {
-    int32_t surface, backwards, reflected;
+    int32_t surface, backwards, reflected, iris; /* as in lflare_crossing */
     double z;                        /* of the vertex, from that of the first surface */
     double n_in, n_out, eta;         /* eta: n_in / n_out */
     double n_front, n_behind;        /* of the media on its two sides */
@@ -648,7 +679,7 @@ typedef struct lflare_step {
     int32_t layer_count;
 } lflare_step;
 
-/* A way through the lens at one wavelength, ready to trace many rays. About 50 KB; points into the lens, which must outlive it. */
+/* A way through the lens at one wavelength, ready to trace many rays. About 77 KB; points into the lens, which must outlive it. */
 typedef struct lflare_path {
     const lflare_lens *lens;
     double nm, sensor_z;
@@ -674,7 +705,9 @@ typedef struct lflare_hit {
 typedef struct lflare_ray {
     lflare_fate fate;
     int32_t steps;                   /* crossings met, and so hits written */
-    double sensor[2], stop[2];       /* mm */
+    double sensor[2], stop[2];       /* mm; stop: where blades shape the path, see lflare_crossing.iris */
+    double stops[LFLARE_MAX_STOPS][2]; /* each crossing of the stop in order, mm: light passes an iris that is open at all of them */
+    int32_t stop_count;
     double direction[3];             /* unit vector at the sensor */
     double relative;                 /* largest of all surfaces but the stop: above 1 a rim stops the ray */
     int32_t widest;                  /* the surface where that is */
@@ -702,7 +735,8 @@ typedef struct lflare_aberration_desc {
 } lflare_aberration_desc;
 
 /* Fits polynomials to exact rays of every ghost (P 8), once per lens: 7 to 15 ms a ghost. *fit is allocated, *size bytes long, free
-   it with the same callback: a block of bytes to store, to load at any address and to give to lflare_desc. Takes 6 MB while it works.
+   it with the same callback: a block of bytes to store, to load at any address and to give to lflare_desc. Takes 14 MB while it works, of which
+   most lenses touch half.
    LFLARE_INCOMPLETE if `progress` stopped it, with nothing left behind. desc and error may be NULL. Not with LFLARE_NO_TRACE. */
 LFLARE_API lflare_result lflare_aberration_fit(const lflare_lens *lens, const lflare_aberration_desc *desc, void **fit, size_t *size, lflare_error *error);
 
@@ -733,7 +767,7 @@ typedef enum lflare_model {
                                 Not with LFLARE_NO_TRACE */
 } lflare_model;
 
-/* Changes one ghost, by its surface pair counted from 1 as in tables and patents. All zeroes changes nothing. */
+/* Changes one ghost, by its surfaces counted from 1 as in tables and patents. */
 typedef struct lflare_override {
     int32_t first, second;
     int32_t hide;
@@ -742,6 +776,7 @@ typedef struct lflare_override {
     float scale;    /* size about its own centroid, irradiance kept; 0 = 1 */
     float move[2];  /* along the line from the picture's centre to the light, and to the left of it, as a fraction of the
                        distance of the light's own image */
+    int32_t third, fourth; /* of four reflections; 0 0 = there are two */
 } lflare_override;
 
 /* The horizontal streak of anamorphic lenses, an element of its own and the artist's: it has no place in a rotationally symmetric
@@ -832,8 +867,9 @@ typedef struct lflare_tables {
     float wavelengths[LFLARE_WAVELENGTHS];
     /* lens: filled by lflare_tables_prepare */
     lflare_pair *pairs;     /* [ghost_count] */
-    float *head;            /* [ghost_count * LFLARE_HEAD_FLOATS] */
-    float *rims;            /* [ghost_count * LFLARE_MAX_RIMS * LFLARE_RIM_FLOATS] */
+    float *head;            /* [ghost_count * LFLARE_HEAD_FLOATS]; the last four: first + LFLARE_MAX_SURFACES * third, second + that * fourth, rims, first row of steps */
+    float *rims;            /* [ghost_count * LFLARE_MAX_RIMS * LFLARE_RIM_FLOATS]; h is 0 where the rim is the iris at a crossing that blades do
+                               not shape: take the radius of the iris in force */
     float *film;            /* [surface_count * LFLARE_FILM_SAMPLES * 4] */
     float *index;           /* [surface_count * 4]: behind each surface, 0 */
     float *surface;         /* [surface_count * LFLARE_SURFACE_FLOATS]: z of the vertex, curvature, clear semi-diameter, 1 + conic constant; aspheric
@@ -850,8 +886,8 @@ typedef struct lflare_tables {
     float *outline;         /* [ghost_count * LFLARE_OUTLINE_FLOATS]: where traced ghosts' rays pass; for that model: see lflare_tables_demand */
     float *steps;           /* a row of LFLARE_STEP_FLOATS for each surface that a traced ghost's rays meet, in order, ghost after ghost (the last of its
                                head's floats counts them): way along the axis from the last vertex, mm; curvature, 1 / clear semi-diameter, 1 + conic
-                               constant; index before over index behind at three wavelengths; 16 x the surface, + 1 reflects, 2 is the stop, 4 has
-                               aspheric terms, 8 is met backwards */
+                               constant; index before over index behind at three wavelengths; 16 x the surface, + 1 reflects, 2 is the stop, 3 that
+                               where it clips as a circle, 4 has aspheric terms, 8 is met backwards */
     int32_t wavelength_count; /* 0: the three alone */
     float spectral[LFLARE_MAX_WAVELENGTHS + 1][8]; /* of each: shares of the three that make its places; nm; what it adds to RGB, 0 */
     float *spectrum;        /* [ghost_count * LFLARE_OUTLINE_KNOTS * LFLARE_SPECTRUM_ROWS * 4], if there are more than three, for field angles: centre and
@@ -1112,6 +1148,7 @@ typedef struct lflare_desc {
     const char *text;       /* a prescription's text, or */
     size_t text_size;
     const lflare_prescription *prescription; /* one already read; text is then ignored */
+    lflare_paths paths;     /* more ghosts: across the stop, of four reflections */
     const void *fit;        /* of lflare_aberration_fit, for the polynomial model: must outlive the object; NULL = none */
     size_t fit_size;
     lflare_settings settings;
@@ -2066,19 +2103,24 @@ typedef struct lflare__paraxial {
     lflare_matrix to_sensor[LFLARE_MAX_SURFACES];  /* from just behind surface i to the sensor */
 } lflare__paraxial;
 
+static void lflare__prefixes(const lflare_lens *lens, const double *n, lflare_matrix *before)
+{
+    int32_t i;
+    before[0] = lflare__identity;
+    for (i = 0; i < lens->surface_count; i++) {
+        before[i + 1] = before[i];
+        lflare__refract(&before[i + 1], n[i], n[i + 1], lens->curvature[i]);
+        lflare__translate(&before[i + 1], lens->prescription.surfaces[i].thickness);
+    }
+}
+
 /* The suffixes run towards the front: to_x(i-1) = to_x(i) refraction(i) gap(i-1). */
 static void lflare__paraxial_make(const lflare_lens *lens, double nm, lflare__paraxial *x)
 {
     const lflare_surface *s = lens->prescription.surfaces;
     int32_t i, count = lens->surface_count;
-    lflare_matrix m = lflare__identity;
     lflare__indices(&lens->prescription, nm, x->n);
-    for (i = 0; i < count; i++) {
-        x->before[i] = m;
-        lflare__refract(&m, x->n[i], x->n[i + 1], lens->curvature[i]);
-        lflare__translate(&m, s[i].thickness);
-    }
-    x->before[count] = m;
+    lflare__prefixes(lens, x->n, x->before);
     for (i = count - 1; i >= 0; i--) {
         lflare_matrix step = lflare__identity;
         lflare__translate(&step, s[i].thickness);
@@ -2092,14 +2134,11 @@ static void lflare__paraxial_make(const lflare_lens *lens, double nm, lflare__pa
 LFLARE_API lflare_matrix lflare_system_matrix(const lflare_lens *lens, double nm)
 {
     double n[LFLARE_MAX_SURFACES + 1];
-    lflare_matrix m = lflare__identity;
-    int32_t i;
+    lflare_matrix before[LFLARE_MAX_SURFACES + 1], *m = &before[lens->surface_count - 1];
     lflare__indices(&lens->prescription, nm, n);
-    for (i = 0; i < lens->surface_count; i++) {
-        lflare__refract(&m, n[i], n[i + 1], lens->curvature[i]);
-        if (i + 1 < lens->surface_count) lflare__translate(&m, lens->prescription.surfaces[i].thickness);
-    }
-    return m;
+    lflare__prefixes(lens, n, before);
+    lflare__refract(m, n[lens->surface_count - 1], n[lens->surface_count], lens->curvature[lens->surface_count - 1]);
+    return *m;
 }
 
 /* >> 5 lens */
@@ -2366,12 +2405,18 @@ LFLARE_API lflare_result lflare_lens_derive(const lflare_prescription *prescript
     result = lflare__derive_stop(lens, &x, error);
     if (result != LFLARE_OK) return result;
     lflare__derive_semis(lens, &x);
-    lens->ghost_count = 0;
     lflare_ghost_list(lens, NULL, &lens->ghost_count);
     return LFLARE_OK;
 }
 
 /* >> 6 ghosts */
+
+/* Whether there are paths across the stop and of four reflections. A constant, so that compilers leave out what serves them alone. */
+#ifndef LFLARE_NO_TRACE
+enum { LFLARE__MORE_PATHS = 1, LFLARE__TURNS = 4 };
+#else
+enum { LFLARE__MORE_PATHS = 0, LFLARE__TURNS = 2 };
+#endif
 
 LFLARE_API lflare_result lflare_ghost_list(const lflare_lens *lens, lflare_pair *out, int32_t *count)
 {
@@ -2381,22 +2426,116 @@ LFLARE_API lflare_result lflare_ghost_list(const lflare_lens *lens, lflare_pair 
     room = *count;
     for (i = 0; i < lens->surface_count; i++) reflects[i] = lflare__reflects(&lens->prescription, i);
     for (i = 1; i < lens->surface_count; i++)
-        for (j = i > lens->stop ? lens->stop + 1 : 0; j < i && reflects[i]; j++) {
+        for (j = i > lens->stop && !(LFLARE__MORE_PATHS && lens->paths.across_stop) ? lens->stop + 1 : 0; j < i && reflects[i]; j++) {
             if (!reflects[j]) continue;
             if (n < room) {
                 out[n].first = i;
                 out[n].second = j;
+                out[n].third = out[n].fourth = 0;
             }
             n++;
         }
+    for (i = 0; LFLARE__MORE_PATHS && i < lens->four_count; i++, n++)
+        if (n < room) out[n] = lens->four[i];
     *count = n;
     return n > room ? LFLARE_INCOMPLETE : LFLARE_OK;
 }
 
+/* A path's reflections in order, and the foremost and rearmost of them. */
+typedef struct lflare__turns {
+    int32_t at[LFLARE__TURNS], count, front, back;
+} lflare__turns;
+
+static lflare__turns lflare__turns_of(lflare_pair p)
+{
+    lflare__turns t;
+    t.at[0] = t.back = p.first;
+    t.at[1] = t.front = p.second;
+    t.count = 2;
+#ifndef LFLARE_NO_TRACE
+    if (p.third == 0 && p.fourth == 0) return t;
+    t.at[2] = p.third;
+    t.at[3] = p.fourth;
+    t.count = 4;
+    if (p.third > t.back) t.back = p.third;
+    if (p.fourth < t.front) t.front = p.fourth;
+#endif
+    return t;
+}
+
+static int lflare__crosses_stop(const lflare_lens *lens, const lflare__turns *t) { return LFLARE__MORE_PATHS && t->front < lens->stop && t->back > lens->stop; }
+
 static int lflare__valid_pair(const lflare_lens *lens, lflare_pair p)
 {
-    return p.second >= 0 && p.second < p.first && p.first < lens->surface_count && p.second != lens->stop && p.first != lens->stop &&
-           (p.first < lens->stop) == (p.second < lens->stop);
+    lflare__turns t = lflare__turns_of(p);
+    int32_t i;
+    for (i = 0; i < t.count; i++)
+        if (t.at[i] == lens->stop || (i > 0 && (i % 2 != 0 ? t.at[i] >= t.at[i - 1] : t.at[i] <= t.at[i - 1]))) return 0;
+    return t.front >= 0 && t.back < lens->surface_count && ((LFLARE__MORE_PATHS && lens->paths.across_stop) || t.front > lens->stop || t.back < lens->stop);
+}
+
+/* Walks the path, one crossing a call; m carries from the entrance to just before the crossing. */
+typedef struct lflare__walk {
+    const lflare_lens *lens;
+    const double *n;
+    int32_t turns[LFLARE__TURNS], turn_count;
+    lflare_matrix m;
+    int32_t surface, leg; /* forward on legs 0, 2 and 4, back on 1 and 3 */
+    int32_t iris;         /* crossings of the stop up to the one that blades shape */
+} lflare__walk;
+
+static int lflare__walk_next(lflare__walk *w, lflare_crossing *out)
+{
+    const lflare_surface *s = w->lens->prescription.surfaces;
+    int32_t i = w->surface;
+    double c;
+    if (i >= w->lens->surface_count) return 0;
+    out->surface = i;
+    out->reflected = w->leg < (LFLARE__MORE_PATHS ? w->turn_count : 2) && i == w->turns[w->leg];
+    out->backwards = w->leg & 1;
+    out->iris = i == w->lens->stop && (!LFLARE__MORE_PATHS || w->iris-- == 0);
+    out->n_in = w->n[i + out->backwards];
+    out->n_out = w->n[i + 1 - out->backwards];
+    c = out->backwards ? -w->lens->curvature[i] : w->lens->curvature[i];
+    out->a = w->m.a;
+    out->b = w->m.b;
+    out->p = w->m.c + c * w->m.a;
+    out->q = w->m.d + c * w->m.b;
+    if (out->reflected) {
+        lflare__reflect(&w->m, c);
+        w->leg++;
+    } else {
+        lflare__refract(&w->m, out->n_in, out->n_out, c);
+    }
+    w->surface = w->leg & 1 ? i - 1 : i + 1;
+    lflare__translate(&w->m, s[w->leg & 1 ? i - 1 : i].thickness);
+    return 1;
+}
+
+static void lflare__walk_start(lflare__walk *w, const lflare_lens *lens, const double *n, lflare_pair pair)
+{
+    double d_line[LFLARE_MAX_SURFACES + 1], most = -1;
+    lflare__turns t = lflare__turns_of(pair);
+    lflare__walk search;
+    lflare_crossing x;
+    int32_t stops = 0;
+    w->lens = lens;
+    w->n = n;
+    for (w->turn_count = 0; w->turn_count < t.count; w->turn_count++) w->turns[w->turn_count] = t.at[w->turn_count];
+    w->m = lflare__identity;
+    w->surface = w->leg = w->iris = 0;
+    if (!lflare__crosses_stop(lens, &t)) return;
+    lflare__indices(&lens->prescription, LFLARE__NM_D, d_line); /* one wavelength, so that all agree */
+    search = *w;
+    search.n = d_line;
+    while (lflare__walk_next(&search, &x)) {
+        if (x.surface != lens->stop) continue;
+        if (fabs(x.a) > 1.000001 * most) {
+            most = fabs(x.a);
+            w->iris = stops;
+        }
+        stops++;
+    }
 }
 
 /* From just before `first`, going forward, to just before `second`, coming back: the part that all ghosts of one `first`
@@ -2413,6 +2552,23 @@ static void lflare__back_step(const lflare_lens *lens, const double *n, int32_t 
     lflare__translate(m, lens->prescription.surfaces[surface - 1].thickness);
 }
 
+/* Step by step, where ghosts share too little. */
+static void lflare__walked_optics(const lflare_lens *lens, const double *n, lflare_pair pair, lflare_ghost_matrices *out)
+{
+    lflare__walk walk, before;
+    lflare_crossing x;
+    lflare__walk_start(&walk, lens, n, pair);
+    for (before = walk; lflare__walk_next(&walk, &x); before = walk)
+        if (x.iris) { /* begin anew there */
+            out->ma = before.m;
+            walk = before;
+            walk.m = lflare__identity;
+            lflare__walk_next(&walk, &x);
+        }
+    out->ms = walk.m;
+    out->m = lflare__product(out->ms, out->ma);
+}
+
 LFLARE_API lflare_result lflare_ghost_optics(const lflare_lens *lens, double nm, const lflare_pair *pairs, int32_t count, lflare_ghost_matrices *out)
 {
     lflare__paraxial x;
@@ -2422,8 +2578,13 @@ LFLARE_API lflare_result lflare_ghost_optics(const lflare_lens *lens, double nm,
     lflare__paraxial_make(lens, nm, &x);
     for (g = count - 1; g >= 0; g--) { /* the list has second ascending: downwards every step is new */
         lflare_pair p = pairs[g];
+        lflare__turns turns = lflare__turns_of(p);
         lflare_matrix m;
         if (!lflare__valid_pair(lens, p)) return LFLARE_ERROR_ARGUMENT;
+        if (LFLARE__MORE_PATHS && (turns.count > 2 || lflare__crosses_stop(lens, &turns))) {
+            lflare__walked_optics(lens, x.n, p, &out[g]);
+            continue;
+        }
         if (p.first != first || p.second > at) {
             first = p.first;
             at = first - 1;
@@ -2443,52 +2604,6 @@ LFLARE_API lflare_result lflare_ghost_optics(const lflare_lens *lens, double nm,
         }
     }
     return LFLARE_OK;
-}
-
-/* Walks the path, one crossing a call; m carries from the entrance to just before the crossing. */
-typedef struct lflare__walk {
-    const lflare_lens *lens;
-    const double *n;
-    lflare_pair pair;
-    lflare_matrix m;
-    int32_t surface, leg; /* leg 0 forward, 1 back, 2 forward again */
-} lflare__walk;
-
-static void lflare__walk_start(lflare__walk *w, const lflare_lens *lens, const double *n, lflare_pair pair)
-{
-    w->lens = lens;
-    w->n = n;
-    w->pair = pair;
-    w->m = lflare__identity;
-    w->surface = 0;
-    w->leg = 0;
-}
-
-static int lflare__walk_next(lflare__walk *w, lflare_crossing *out)
-{
-    const lflare_surface *s = w->lens->prescription.surfaces;
-    int32_t i = w->surface;
-    double c;
-    if (i >= w->lens->surface_count) return 0;
-    out->surface = i;
-    out->reflected = (w->leg == 0 && i == w->pair.first) || (w->leg == 1 && i == w->pair.second);
-    out->backwards = w->leg == 1;
-    out->n_in = w->n[i + out->backwards];
-    out->n_out = w->n[i + 1 - out->backwards];
-    c = out->backwards ? -w->lens->curvature[i] : w->lens->curvature[i];
-    out->a = w->m.a;
-    out->b = w->m.b;
-    out->p = w->m.c + c * w->m.a;
-    out->q = w->m.d + c * w->m.b;
-    if (out->reflected) {
-        lflare__reflect(&w->m, c);
-        w->leg++;
-    } else {
-        lflare__refract(&w->m, out->n_in, out->n_out, c);
-    }
-    w->surface = w->leg == 1 ? i - 1 : i + 1;
-    lflare__translate(&w->m, s[w->leg == 1 ? i - 1 : i].thickness);
-    return 1;
 }
 
 LFLARE_API lflare_result lflare_ghost_path(const lflare_lens *lens, double nm, lflare_pair pair, lflare_crossing *out, int32_t *count)
@@ -2625,8 +2740,8 @@ static double lflare__hidden_slope(const lflare_circle *c, int32_t count, int32_
     return u;
 }
 
-/* A path at one wavelength: its circles (the pupil at 0, the iris at 1, a rim per crossing after them), each one's height
-   coefficients, and the whole matrix. */
+/* A path at one wavelength: its circles (the pupil at 0, the iris at 1, a rim per crossing after them, those of the stop that blades do not
+   shape among them), each one's height coefficients, and the whole matrix. */
 typedef struct lflare__rims {
     lflare_circle circles[LFLARE_MAX_CIRCLES];
     double a[LFLARE_MAX_CIRCLES], b[LFLARE_MAX_CIRCLES];
@@ -2644,8 +2759,8 @@ static int32_t lflare__collect_rims(const lflare_lens *lens, const double *n, lf
     out->circles[0].centre = 0;
     out->circles[0].radius = s[0].semi_diameter;
     while (lflare__walk_next(&walk, &x)) {
-        at = x.surface == lens->stop ? 1 : count++;
-        out->circles[at] = lflare__circle(x.a, x.b, at == 1 ? iris : s[x.surface].semi_diameter, s[0].semi_diameter);
+        at = x.iris ? 1 : count++;
+        out->circles[at] = lflare__circle(x.a, x.b, x.surface == lens->stop ? iris : s[x.surface].semi_diameter, s[0].semi_diameter);
         out->a[at] = x.a;
         out->b[at] = x.b;
         out->surface[at] = x.surface;
@@ -2716,9 +2831,9 @@ static double lflare__stack_reflectance(const lflare__stack *m, double y0, doubl
 /* Bare surfaces come out of the empty product; the cosine form has no 0/0 at normal incidence (P 5). */
 LFLARE_API double lflare_film_reflectance(double n0, double n1, const lflare_layer *layers, int32_t count, double nm, double s)
 {
-    lflare__stack ms = {1, 0, 0, 1}, mp = {1, 0, 0, 1};
-    double cos0, cos1;
-    int32_t i;
+    lflare__stack m[2] = {{1, 0, 0, 1}, {1, 0, 0, 1}}; /* s, p */
+    double cos0, cos1, sum = 0;
+    int32_t i, p;
     if (s >= n0 || s >= n1) return 1;
     cos0 = sqrt((1 - s / n0) * (1 + s / n0));
     cos1 = sqrt((1 - s / n1) * (1 + s / n1));
@@ -2727,10 +2842,10 @@ LFLARE_API double lflare_film_reflectance(double n0, double n1, const lflare_lay
         double phase = 2 * LFLARE__PI * layers[i].thickness_nm / nm * n * q;
         int evanescent = cos2 < 0;
         double cosine = evanescent ? cosh(lflare__min(phase, 300)) : cos(phase), sine = evanescent ? sinh(lflare__min(phase, 300)) : sin(phase);
-        lflare__stack_add(&ms, cosine, sine, n * q, evanescent ? -1 : 1);
-        lflare__stack_add(&mp, cosine, sine, evanescent ? -n / q : n / q, evanescent ? -1 : 1);
+        for (p = 0; p < 2; p++) lflare__stack_add(&m[p], cosine, sine, p == 0 ? n * q : evanescent ? -n / q : n / q, evanescent ? -1 : 1);
     }
-    return lflare__clamp(0.5 * (lflare__stack_reflectance(&ms, n0 * cos0, n1 * cos1) + lflare__stack_reflectance(&mp, n0 / cos0, n1 / cos1)), 0, 1);
+    for (p = 0; p < 2; p++) sum += p == 0 ? lflare__stack_reflectance(&m[p], n0 * cos0, n1 * cos1) : lflare__stack_reflectance(&m[p], n0 / cos0, n1 / cos1);
+    return lflare__clamp(0.5 * sum, 0, 1);
 }
 
 LFLARE_API lflare_result lflare_film_layers(const lflare_lens *lens, int32_t surface, lflare_layer *out, int32_t *count)
@@ -2774,6 +2889,179 @@ LFLARE_API double lflare_ghost_weight(const lflare_lens *lens, double nm, lflare
     }
     return w;
 }
+
+#ifndef LFLARE_NO_TRACE
+/* -- ghosts of four reflections: which are worth keeping -- */
+
+/* Paths make a tree, along which power and open entrance only fall: what can no longer reach the weakest of those kept is left. */
+typedef struct lflare__ranker {
+    const lflare_lens *lens;
+    double n[LFLARE_MAX_SURFACES + 1], reflectance[LFLARE_MAX_SURFACES], clear[LFLARE_MAX_SURFACES];
+    int reflects[LFLARE_MAX_SURFACES];
+    double at_most[5];              /* power left by the reflections that follow on each leg */
+    double frame;                   /* its area over pi */
+    int32_t front, back;            /* paths turn from here to there */
+    int32_t turns[4], count, room;
+    int32_t crossings;              /* that may still be looked at */
+    float flux[LFLARE_MAX_FOUR];    /* of those kept, the strongest first, */
+    uint32_t keys[LFLARE_MAX_FOUR]; /* and their surfaces, 7 bits each */
+} lflare__ranker;
+
+/* On its way: height and slope, behind the last surface, of the ray that enters at 1 along the axis; power; radius of the open entrance. */
+typedef struct lflare__branch {
+    double height, slope, power, radius;
+} lflare__branch;
+
+static void lflare__rank_keep(lflare__ranker *r, float flux)
+{
+    uint32_t key = (uint32_t)r->turns[0] << 21 | (uint32_t)r->turns[1] << 14 | (uint32_t)r->turns[2] << 7 | (uint32_t)r->turns[3];
+    int32_t at = r->count, i;
+    while (at > 0 && (flux > r->flux[at - 1] || (flux == r->flux[at - 1] && key < r->keys[at - 1]))) at--; /* of equals the lesser key */
+    if (!(flux > 0) || at == r->room) return;
+    if (r->count < r->room) r->count++;
+    for (i = r->count - 1; i > at; i--) {
+        r->flux[i] = r->flux[i - 1];
+        r->keys[i] = r->keys[i - 1];
+    }
+    r->flux[at] = flux;
+    r->keys[at] = key;
+}
+
+/* The branch goes on to the vertex of surface `at`; 0 if it is not worth following. Equals come in the order of their keys, so that
+   what can but equal the weakest is not, either. */
+static int lflare__rank_reach(lflare__ranker *r, lflare__branch *b, int32_t at, int32_t leg)
+{
+    const lflare_surface *s = r->lens->prescription.surfaces;
+    if (r->crossings-- <= 0) return 0;
+    b->height += leg & 1 ? b->slope * s[at].thickness : at > 0 ? b->slope * s[at - 1].thickness : 0;
+    b->radius = lflare__min(b->radius, r->clear[at] / fabs(b->height));
+    return (float)((1 + 1e-12) * b->power * r->at_most[leg] * b->radius * b->radius / r->frame) > (r->count < r->room ? 0 : r->flux[r->room - 1]);
+}
+
+static void lflare__rank_cross(const lflare__ranker *r, lflare__branch *b, int32_t at, int32_t backwards)
+{
+    double c = backwards ? -r->lens->curvature[at] : r->lens->curvature[at], n1 = r->n[at + backwards], n2 = r->n[at + 1 - backwards];
+    b->slope = (n1 - n2) / n2 * c * b->height + n1 / n2 * b->slope;
+    b->power *= 1 - r->reflectance[at];
+}
+
+static void lflare__rank_turn(lflare__ranker *r, lflare__branch b, int32_t at, int32_t leg);
+
+/* From just in front of surface at + 1 on: the foremost turn comes first. */
+static void lflare__rank_back(lflare__ranker *r, lflare__branch b, int32_t at, int32_t leg)
+{
+    lflare__branch there[LFLARE_MAX_SURFACES];
+    int32_t from = at, k;
+    for (; at >= r->front && lflare__rank_reach(r, &b, at, leg); at--) {
+        there[at] = b;
+        lflare__rank_cross(r, &b, at, 1);
+    }
+    for (k = at + 1; k <= from; k++) lflare__rank_turn(r, there[k], k, leg);
+}
+
+/* From just behind surface at - 1 on, on an even leg, turning at every surface that comes. */
+static void lflare__rank_forward(lflare__ranker *r, lflare__branch b, int32_t at, int32_t leg)
+{
+    int32_t last = leg < 4 ? r->back : r->lens->surface_count - 1;
+    for (; at <= last; at++) {
+        if (!lflare__rank_reach(r, &b, at, leg)) return;
+        if (leg < 4 && at >= r->front) lflare__rank_turn(r, b, at, leg);
+        lflare__rank_cross(r, &b, at, 0);
+    }
+    if (leg == 4) {
+        double area = b.radius * b.radius, m11 = b.height + b.slope * r->lens->prescription.surfaces[last].thickness;
+        lflare__rank_keep(r, (float)(b.power * area / lflare__max(r->frame, area * m11 * m11)));
+    }
+}
+
+static void lflare__rank_turn(lflare__ranker *r, lflare__branch b, int32_t at, int32_t leg)
+{
+    if (!r->reflects[at]) return;
+    b.slope += (leg & 1 ? -2 : 2) * r->lens->curvature[at] * b.height;
+    b.power *= r->reflectance[at];
+    r->turns[leg] = at;
+    if (leg & 1) lflare__rank_forward(r, b, at + 1, leg + 1);
+    else lflare__rank_back(r, b, at - 1, leg + 1);
+}
+
+static void lflare__rank_side(lflare__ranker *r, int32_t front, int32_t back)
+{
+    lflare__branch b = {1, 0, 1, 0};
+    b.radius = r->clear[0];
+    r->front = front;
+    r->back = back;
+    lflare__rank_forward(r, b, 0, 0);
+}
+
+static void lflare__rank_make(lflare__ranker *r, const lflare_lens *lens, double nm)
+{
+    lflare_layer layers[LFLARE_MAX_LAYERS];
+    double most = 0;
+    int32_t i;
+    r->lens = lens;
+    r->frame = lens->sensor_width * lens->sensor_height / LFLARE__PI;
+    r->count = 0;
+    r->room = lens->paths.four;
+    r->crossings = 1 << 23; /* 40 times what a zoom of 34 surfaces takes; 0.15 s */
+    lflare__indices(&lens->prescription, nm, r->n);
+    for (i = 0; i < lens->surface_count; i++) {
+        int32_t count = LFLARE_MAX_LAYERS;
+        lflare_film_layers(lens, i, layers, &count);
+        r->reflects[i] = lflare__reflects(&lens->prescription, i);
+        r->reflectance[i] = lflare_film_reflectance(r->n[i], r->n[i + 1], layers, count, nm, 0);
+        r->clear[i] = lens->prescription.surfaces[i].semi_diameter;
+        if (r->reflects[i]) most = lflare__max(most, r->reflectance[i]);
+    }
+    r->clear[lens->stop] = fabs(lens->stop_a11) * lens->efl / (2 * lflare__max((double)LFLARE_NORMAL_FNUMBER, lens->fnumber));
+    r->at_most[4] = 1;
+    for (i = 3; i >= 0; i--) r->at_most[i] = most * r->at_most[i + 1];
+}
+
+static void lflare__rank_four(lflare_lens *lens)
+{
+    lflare__ranker r;
+    int32_t i, k;
+    lflare__rank_make(&r, lens, lflare__rgb_nm[1]);
+    if (lens->paths.across_stop) {
+        lflare__rank_side(&r, 0, lens->surface_count - 1);
+    } else {
+        lflare__rank_side(&r, 0, lens->stop - 1);
+        lflare__rank_side(&r, lens->stop + 1, lens->surface_count - 1);
+    }
+    for (i = 1; i < r.count; i++) { /* by surfaces: rounding that differs from machine to machine then changes the last of them at most */
+        uint32_t key = r.keys[i];
+        for (k = i; k > 0 && key < r.keys[k - 1]; k--) r.keys[k] = r.keys[k - 1];
+        r.keys[k] = key;
+    }
+    for (i = 0; i < r.count; i++) {
+        lens->four[i].first = (int32_t)(r.keys[i] >> 21);
+        lens->four[i].second = (int32_t)(r.keys[i] >> 14 & 127);
+        lens->four[i].third = (int32_t)(r.keys[i] >> 7 & 127);
+        lens->four[i].fourth = (int32_t)(r.keys[i] & 127);
+    }
+    lens->four_count = r.count;
+}
+
+LFLARE_API lflare_result lflare_lens_paths(lflare_lens *lens, const lflare_paths *paths, lflare_error *error)
+{
+    if (error != NULL) memset(error, 0, sizeof *error);
+    if (lens == NULL) return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "no lens given");
+    if (paths != NULL && (paths->across_stop < 0 || paths->across_stop > 1 || paths->four < 0 || paths->four > LFLARE_MAX_FOUR))
+        return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "paths: across_stop is 0 or 1, four 0 to %i", (int32_t)LFLARE_MAX_FOUR);
+    lens->paths.across_stop = paths != NULL ? paths->across_stop : 0;
+    lens->paths.four = paths != NULL ? paths->four : 0;
+    lens->four_count = lens->ghost_count = 0;
+    if (lens->paths.four > 0) lflare__rank_four(lens);
+    lflare_ghost_list(lens, NULL, &lens->ghost_count);
+    return LFLARE_OK;
+}
+#else
+LFLARE_API lflare_result lflare_lens_paths(lflare_lens *lens, const lflare_paths *paths, lflare_error *error)
+{
+    if (lens != NULL && (paths == NULL || (paths->across_stop | paths->four) == 0)) return LFLARE_OK;
+    return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "LFLARE_NO_TRACE leaves out other paths");
+}
+#endif
 
 /* A surface's reflectance over the cosine c in the rarer medium, where it is smooth up to grazing incidence; n sin(theta)
    follows from it. Beyond the critical angle it is 1. `row` holds 4 floats a sample. */
@@ -4214,6 +4502,7 @@ typedef struct lflare__fit_ghost {
     float hidden_angle;
     int32_t order, rims, level, folded, squarings, dense, steps[LFLARE_FIT_RIMS]; /* dense: more knots */
     float error;              /* of the sensor places, greatest of the rays fitted, mm */
+    float shrunk[LFLARE_FIT_RIMS]; /* factors of the heights on rims: not 1 where the iris is closer than the full opening that was fitted */
 } lflare__fit_ghost;
 
 static size_t lflare__field_bytes(int32_t terms) { return 8 + 2 * (size_t)(terms - 1); }
@@ -4243,7 +4532,10 @@ static void lflare__fit_ghost_read(const uint8_t *fit, int32_t g, lflare__fit_gh
     out->folded = row[11] & 1;
     out->squarings = row[11] >> 1 & 3;
     out->dense = row[11] >> 3 & 1;
-    for (i = 0; i < LFLARE_FIT_RIMS; i++) out->steps[i] = (int32_t)lflare__get_bytes(row + 12 + 2 * i, 2);
+    for (i = 0; i < LFLARE_FIT_RIMS; i++) {
+        out->steps[i] = (int32_t)lflare__get_bytes(row + 12 + 2 * i, 2);
+        out->shrunk[i] = 1;
+    }
     out->error = lflare__get_float(row + 24);
 }
 
@@ -4317,6 +4609,11 @@ static void lflare__bundle_at(const lflare__fit_ghost *g, float angle, lflare__b
         for (i = 0; i < lflare__terms(g->order - 1); i++)
             for (p = 0; p < LFLARE__PLACES; p++) out->odd[k][i][p] += out->odd[1][i][p];
     }
+    for (p = 0; p < g->rims; p++)
+        for (k = 0; k < LFLARE_WAVELENGTHS && g->shrunk[p] != 1; k++) {
+            for (i = 0; i < lflare__terms(g->order); i++) out->even[k][i][2 + p] *= g->shrunk[p];
+            for (i = 0; i < lflare__terms(g->order - 1); i++) out->odd[k][i][2 + p] *= g->shrunk[p];
+        }
 }
 
 /* Every term at a point of the box (x and y from -1 to 1), and on demand its derivatives. */
@@ -4466,6 +4763,19 @@ static uint64_t lflare__lens_hash(const lflare_lens *lens)
     return lflare__hash_number(hash, lens->sensor_height);
 }
 
+/* The head's word about the ghosts: how many, and above that 16 bits of which, 0 if all have two reflections on one side of the stop. */
+static uint32_t lflare__fit_ghosts(const lflare_lens *lens)
+{
+    uint64_t hash = lflare__hash_number(0, lens->paths.across_stop);
+    int32_t i;
+    for (i = 0; i < lens->four_count; i++) {
+        hash = lflare__hash_number(hash, lens->four[i].first * LFLARE_MAX_SURFACES + lens->four[i].second);
+        hash = lflare__hash_number(hash, lens->four[i].third * LFLARE_MAX_SURFACES + lens->four[i].fourth);
+    }
+    if (!lens->paths.across_stop && lens->four_count == 0) return (uint32_t)lens->ghost_count;
+    return (uint32_t)lens->ghost_count | (uint32_t)(hash >> 48 | 1) << 16;
+}
+
 static const char lflare__fit_magic[6] = {'L', 'F', 'L', 'F', 'I', 'T'};
 
 /* The checksum of all that a fit holds. */
@@ -4528,8 +4838,10 @@ LFLARE_API lflare_result lflare_aberration_check(const lflare_lens *lens, const 
     if (lflare__fit_hash(p) != hash)
         return lflare__fail(error, LFLARE_ERROR_FIT, 0, 0, "the fit is damaged: its checksum is wrong");
     hash = lflare__lens_hash(lens);
-    if (lflare__get_bytes(p + 16, 4) != (uint32_t)hash || lflare__get_bytes(p + 20, 4) != (uint32_t)(hash >> 32) ||
-        lflare__get_bytes(p + 8, 4) != (uint32_t)lens->ghost_count)
+    if (lflare__get_bytes(p + 16, 4) == (uint32_t)hash && lflare__get_bytes(p + 20, 4) == (uint32_t)(hash >> 32) && lflare__get_bytes(p + 8, 4) != lflare__fit_ghosts(lens))
+        return lflare__fail(error, LFLARE_ERROR_FIT, 0, 0, "the fit was made for other paths of this lens (%i ghosts, not %i): see lflare_lens_paths; make it anew",
+                            (int32_t)(lflare__get_bytes(p + 8, 4) & 65535), lens->ghost_count);
+    if (lflare__get_bytes(p + 16, 4) != (uint32_t)hash || lflare__get_bytes(p + 20, 4) != (uint32_t)(hash >> 32))
         return lflare__fail(error, LFLARE_ERROR_FIT, 0, 0, "the fit belongs to another lens, or the lens was changed since: make it anew");
     if (size - LFLARE__FIT_HEAD < (size_t)lens->ghost_count * LFLARE__FIT_ROW) return lflare__fail(error, LFLARE_ERROR_FIT, 0, 0, "the fit is too short for its ghosts");
     for (g = 0; g < lens->ghost_count; g++) {
@@ -4547,7 +4859,7 @@ LFLARE_API lflare_result lflare_aberration_ray(const void *fit, int32_t g, int32
     lflare__terms_at terms;
     float u, ax, ay, x, y;
     int32_t p;
-    if (fit == NULL || g < 0 || (uint32_t)g >= lflare__get_bytes((const uint8_t *)fit + 8, 4) || k < 0 || k >= LFLARE_WAVELENGTHS || entrance == NULL || slope == NULL || out == NULL)
+    if (fit == NULL || g < 0 || (uint32_t)g >= (lflare__get_bytes((const uint8_t *)fit + 8, 4) & 65535) || k < 0 || k >= LFLARE_WAVELENGTHS || entrance == NULL || slope == NULL || out == NULL)
         return LFLARE_ERROR_ARGUMENT;
     memset(out, 0, sizeof *out);
     lflare__fit_ghost_read((const uint8_t *)fit, g, &ghost);
@@ -4577,7 +4889,7 @@ LFLARE_API lflare_result lflare_aberration_ray(const void *fit, int32_t g, int32
 
 LFLARE_API lflare_result lflare_path_make(const lflare_lens *lens, double nm, const lflare_pair *pair, lflare_path *out)
 {
-    static const lflare_pair none = {-1, -1};
+    static const lflare_pair none = {-1, -1, 0, 0};
     double n[LFLARE_MAX_SURFACES + 1], z[LFLARE_MAX_SURFACES];
     lflare__walk walk;
     lflare_crossing at;
@@ -4599,6 +4911,7 @@ LFLARE_API lflare_result lflare_path_make(const lflare_lens *lens, double nm, co
         s->surface = at.surface;
         s->backwards = at.backwards;
         s->reflected = at.reflected;
+        s->iris = at.iris;
         s->z = z[at.surface];
         s->n_in = at.n_in;
         s->n_out = at.n_out;
@@ -4696,8 +5009,13 @@ LFLARE_API lflare_fate lflare_path_trace(const lflare_path *path, const double e
         cosine = -way * (d[0] * normal[0] + d[1] * normal[1] + d[2] * normal[2]);
         height = sqrt(p[0] * p[0] + p[1] * p[1]) / s->semi;
         if (surface->is_stop) {
-            out->stop[0] = p[0];
-            out->stop[1] = p[1];
+            double *at = out->stops[out->stop_count++];
+            at[0] = p[0];
+            at[1] = p[1];
+            if (s->iris) {
+                out->stop[0] = p[0];
+                out->stop[1] = p[1];
+            }
         } else if (height > out->relative) {
             out->relative = height;
             out->widest = s->surface;
@@ -4737,7 +5055,10 @@ LFLARE_API lflare_fate lflare_path_trace(const lflare_path *path, const double e
 /* The bits of a step, beside 16 times its surface; see lflare_tables.steps. */
 enum { LFLARE__STEP_REFLECTS = 1, LFLARE__STEP_STOP = 2, LFLARE__STEP_BENT = 4, LFLARE__STEP_BACK = 8, LFLARE__STEP_SURFACE = 16 };
 
-static int32_t lflare__step_count(const lflare_tables *t, lflare_pair p) { return t->surface_count + 2 * (p.first - p.second); }
+static int32_t lflare__step_count(const lflare_tables *t, lflare_pair p) { return t->surface_count + 2 * (p.first - p.second + p.third - p.fourth); }
+
+/* The crossing of the stop that blades shape. */
+static int lflare__step_is_iris(const float *step) { return ((int32_t)step[7] & 3) == LFLARE__STEP_STOP; }
 
 /* Of all ghosts. */
 static int32_t lflare__steps_of(const lflare_tables *t)
@@ -4757,7 +5078,7 @@ static void lflare__steps_make(const lflare_lens *lens, lflare_tables *t, int32_
     while (lflare__walk_next(&walk[0], &at)) {
         const float *s = t->surface + at.surface * LFLARE_SURFACE_FLOATS;
         int32_t code = at.surface * LFLARE__STEP_SURFACE + (at.reflected ? LFLARE__STEP_REFLECTS : 0) + (at.backwards ? LFLARE__STEP_BACK : 0), j;
-        if (at.surface == lens->stop) code += LFLARE__STEP_STOP;
+        if (at.surface == lens->stop) code += at.iris ? LFLARE__STEP_STOP : LFLARE__STEP_STOP + LFLARE__STEP_REFLECTS;
         for (j = 4; j < LFLARE_SURFACE_FLOATS; j++)
             if (s[j] != 0) code |= LFLARE__STEP_BENT;
         row[0] = s[0] - z;
@@ -4903,15 +5224,16 @@ static void lflare__traced_ray_make(const lflare__tracer *o, const float *shares
         ray->p[2] -= s[0];
         if (!(ray->d[2] * way > 0)) return; /* it went the wrong way */
         if (!lflare__traced_meet(s, code & LFLARE__STEP_BENT ? o->t->surface + surface * LFLARE_SURFACE_FLOATS + 4 : NULL, way, ray, normal)) return;
-        if (code & LFLARE__STEP_STOP) {
+        if ((code & LFLARE__STEP_STOP) && !(code & LFLARE__STEP_REFLECTS)) {
             for (j = 0; j < 2; j++) ray->stop[j] = ray->p[j] / o->t->iris.radius;
             continue;
         }
-        height = (ray->p[0] * ray->p[0] + ray->p[1] * ray->p[1]) * s[2] * s[2];
+        height = (ray->p[0] * ray->p[0] + ray->p[1] * ray->p[1]) * (code & LFLARE__STEP_STOP ? 1 / (o->t->iris.radius * o->t->iris.radius) : s[2] * s[2]);
         if (height > widest) {
             widest = height;
             ray->widest = ray->steps;
         }
+        if (code & LFLARE__STEP_STOP) continue;
         if (!lflare__traced_pass(weigh ? o->t->film + (size_t)surface * LFLARE_FILM_SAMPLES * 4 : NULL, s[4] * shares[0] + s[5] * shares[1] + s[6] * shares[2],
                                  code & LFLARE__STEP_REFLECTS, normal, ray, &at)) return;
         if (o->many != NULL) lflare__films_pass(o->t, surface, code & LFLARE__STEP_REFLECTS, at, o->many);
@@ -4933,6 +5255,7 @@ typedef struct lflare__finder {
     lflare_path paths[LFLARE_WAVELENGTHS];
 } lflare__finder;
 
+#ifndef LFLARE_NO_ABERRATION
 static void lflare__finder_make(lflare__finder *f, const lflare_lens *lens, lflare_pair pair, double iris)
 {
     int32_t k;
@@ -4946,6 +5269,7 @@ static void lflare__finder_make(lflare__finder *f, const lflare_lens *lens, lfla
         f->paths[k].unweighted = 1;
     }
 }
+#endif
 
 /* lflare__closed by floats. */
 static double lflare__closed_floats(lflare__finder *f, int32_t k, double x, double y, double slope, lflare__traced_ray *ray)
@@ -4962,13 +5286,14 @@ static double lflare__closed_floats(lflare__finder *f, int32_t k, double x, doub
 /* How closed the lens is to a ray: up to 1 it passes and lands near the frame, above 4 it never arrives. */
 static double lflare__closed(lflare__finder *f, int32_t k, double x, double y, double slope, lflare_ray *ray, lflare_hit *hits)
 {
-    double entrance[2], u[2], stop;
+    double entrance[2], u[2], stop = 0;
+    int32_t i;
     entrance[0] = x;
     entrance[1] = y;
     u[0] = slope;
     u[1] = 0;
     if (lflare_path_trace(&f->paths[k], entrance, u, ray, hits) != LFLARE_RAY_ARRIVES) return 5 - (double)ray->steps / f->paths[k].step_count;
-    stop = sqrt(ray->stop[0] * ray->stop[0] + ray->stop[1] * ray->stop[1]) / f->iris;
+    for (i = 0; i < ray->stop_count; i++) stop = lflare__max(stop, sqrt(ray->stops[i][0] * ray->stops[i][0] + ray->stops[i][1] * ray->stops[i][1]) / f->iris);
     stop = lflare__max(stop, sqrt(ray->sensor[0] * ray->sensor[0] + ray->sensor[1] * ray->sensor[1]) / f->reach);
     return lflare__min(lflare__max(stop, ray->relative), 4);
 }
@@ -5059,7 +5384,7 @@ typedef struct lflare__fit_knot {
     float heights[LFLARE__FIT_RAYS][LFLARE_MAX_STEPS][2]; /* on every step's rim, at the middle wavelength */
 } lflare__fit_knot;
 
-/* All that fitting needs: about 6 MB. */
+/* All that fitting needs: 14 MB, less for what is not touched. */
 typedef struct lflare__fitter {
     lflare__finder find;
     double pixel;                     /* mm */
@@ -5151,16 +5476,16 @@ static double lflare__hits_weight(const lflare__fitter *f, int32_t k, const lfla
     return w;
 }
 
-/* Counts a ray that one rim alone stops, by not much. */
+/* Counts a ray that one rim alone stops, by not much; the iris, open in full, is one where blades do not shape it. */
 static void lflare__fit_count_cut(lflare__fitter *f, const lflare_path *path, const lflare_ray *ray)
 {
     const double *stop = ray->stop;
     double semi = f->find.iris;
     int32_t i, worst = -1;
-    if (!(ray->relative > 1) || stop[0] * stop[0] + stop[1] * stop[1] > semi * semi) return;
+    if (stop[0] * stop[0] + stop[1] * stop[1] > semi * semi) return;
     for (i = 0; i < path->step_count; i++)
-        if (path->steps[i].surface != f->find.lens->stop && (worst < 0 || f->hits[i].relative > f->hits[worst].relative)) worst = i;
-    f->cuts[worst]++;
+        if (!path->steps[i].iris && (worst < 0 || f->hits[i].relative > f->hits[worst].relative)) worst = i;
+    if (f->hits[worst].relative > 1) f->cuts[worst]++;
 }
 
 /* Rays of a knot at one wavelength, across x up places. The middle wavelength comes first and finds out which rims clip: its rays'
@@ -5334,11 +5659,14 @@ static int32_t lflare__fit_squarings(lflare__fitter *f, int32_t order)
     return best;
 }
 
-/* Steps whose rims clip anywhere, those that clip most rays first. */
-static int32_t lflare__fit_rims(lflare__fitter *f, int32_t step_count, int32_t *steps)
+/* Steps whose rims clip anywhere, those that clip most rays first; before them the iris where blades do not shape it, which may clip once it
+   closes. */
+static int32_t lflare__fit_rims(lflare__fitter *f, const lflare_path *path, int32_t *steps)
 {
-    int32_t rims = 0, i, total = 0;
+    int32_t rims = 0, i, total = 0, step_count = path->step_count;
     for (i = 0; i < LFLARE__KNOTS; i++) total += f->knots[i].near;
+    for (i = 0; i < step_count; i++)
+        if (path->steps[i].surface == f->find.lens->stop && !path->steps[i].iris) f->cuts[i] = INT32_MAX / 1000;
     while (rims < LFLARE_FIT_RIMS) {
         int32_t most = 0;
         for (i = 1; i < step_count; i++)
@@ -5515,7 +5843,7 @@ static size_t lflare__fit_one(lflare__fitter *f, const lflare_lens *lens, lflare
         hidden = j > 0 && tries < 10 ? 0.5 * (double)(lflare__knot_angle(j - 1, (float)hidden, LFLARE__KNOTS) + lflare__knot_angle(j, (float)hidden, LFLARE__KNOTS)) : 0;
     }
     if (!(hidden > 0)) return 0;
-    rims = lflare__fit_rims(f, f->find.paths[1].step_count, steps);
+    rims = lflare__fit_rims(f, &f->find.paths[1], steps);
     for (j = 0; j < LFLARE__KNOTS; j++) {
         lflare__fit_take_rims(&f->knots[j], rims, steps);
         for (k = 0; k < LFLARE_WAVELENGTHS; k += 2) lflare__fit_shoot(f, &f->knots[j], k, 8, 4, rims, steps);
@@ -5553,7 +5881,7 @@ static void lflare__fit_finish(const lflare_lens *lens, uint8_t *fit, size_t siz
     uint64_t hash = lflare__lens_hash(lens);
     memcpy(fit, lflare__fit_magic, 6);
     lflare__store_bytes(fit + 6, LFLARE__FIT_VERSION, 2);
-    lflare__store_bytes(fit + 8, (uint32_t)lens->ghost_count, 4);
+    lflare__store_bytes(fit + 8, lflare__fit_ghosts(lens), 4);
     lflare__store_bytes(fit + 12, (uint32_t)size, 4);
     lflare__store_bytes(fit + 16, (uint32_t)hash, 4);
     lflare__store_bytes(fit + 20, (uint32_t)(hash >> 32), 4);
@@ -6174,8 +6502,9 @@ static void lflare__mesh_knot(lflare__mesher *m, int32_t level, const lflare__me
     lflare__mesh_whole(m, &g, out);
 }
 
-/* Blur of the images of iris and rims, mm on the sensor per radian of the lamp's size: how fast they move with its place (P 3). */
-static void lflare__mesh_lamps(const lflare_lens *lens, lflare_pair pair, const float *head, const lflare__fit_ghost *ghost, float *lamps)
+/* Blur of the images of iris and rims, mm on the sensor per radian of the lamp's size: how fast they move with its place (P 3). Rims that
+   are the iris are given its size. */
+static void lflare__mesh_lamps(const lflare_lens *lens, lflare_pair pair, const float *head, float iris, lflare__fit_ghost *ghost, float *lamps)
 {
     double n[LFLARE_MAX_SURFACES + 1], m11 = (double)head[6], m12 = (double)head[7];
     lflare__walk walk;
@@ -6186,8 +6515,10 @@ static void lflare__mesh_lamps(const lflare_lens *lens, lflare_pair pair, const 
     lflare__walk_start(&walk, lens, n, pair);
     for (; lflare__walk_next(&walk, &at); step++)
         for (i = 0; i <= ghost->rims; i++)
-            if (i == 0 ? at.surface == lens->stop : step == ghost->steps[i - 1])
+            if (i == 0 ? at.iris : step == ghost->steps[i - 1]) {
+                if (i > 0 && at.surface == lens->stop) ghost->shrunk[i - 1] = (float)lens->prescription.surfaces[lens->stop].semi_diameter / iris;
                 lamps[i] = (float)lflare__min(fabs(m12 - m11 * at.b / (fabs(at.a) > 1e-9 ? at.a : 1e-9)), 10 * fabs(m12) + lens->sensor_width);
+            }
 }
 
 /* Where the ghost hides for the iris in force: a bisection on the polynomials. */
@@ -6307,7 +6638,7 @@ static void lflare__mesh_ghost(const lflare_lens *lens, lflare_tables *t, int32_
     size_t floats = 4 * (size_t)head[7];
     lflare__fit_ghost_read(t->fit, g, &ghost);
     if (ghost.knots == NULL) return;
-    lflare__mesh_lamps(lens, t->pairs[g], lens_head, &ghost, m.lamps);
+    lflare__mesh_lamps(lens, t->pairs[g], lens_head, t->iris.radius, &ghost, m.lamps);
     m.iris = t->iris.radius;
     m.inscribed = lflare__iris_inscribed(&t->iris);
     m.reach = (float)LFLARE__FIT_REACH * lflare__maxf(t->sensor_width, t->sensor_height);
@@ -6657,7 +6988,7 @@ static double lflare__outline_lamp(const lflare__outliner *o, const lflare__trac
     double stop = sqrt((double)(ray->stop[0] * ray->stop[0] + ray->stop[1] * ray->stop[1])) * (double)o->tracer.t->iris.radius / o->find.iris;
     int32_t i;
     for (i = 0; i < o->tracer.count && stop >= (double)ray->relative; i++)
-        if ((int32_t)o->tracer.steps[i * LFLARE_STEP_FLOATS + 7] & LFLARE__STEP_STOP) return o->lamps[i];
+        if (lflare__step_is_iris(o->tracer.steps + i * LFLARE_STEP_FLOATS)) return o->lamps[i];
     return o->lamps[ray->widest];
 }
 
@@ -6747,7 +7078,7 @@ static void lflare__outline_knot(lflare__outliner *o, float *out)
     out[2] = (float)o->half[1];
     out[3] = (float)(o->bend * o->half[1] * o->half[1]);
     for (d = 0; d < o->tracer.count; d++)
-        if ((int32_t)o->tracer.steps[d * LFLARE_STEP_FLOATS + 7] & LFLARE__STEP_STOP) out[4] = (float)o->lamps[d];
+        if (lflare__step_is_iris(o->tracer.steps + d * LFLARE_STEP_FLOATS)) out[4] = (float)o->lamps[d];
     out[5] = (float)sqrt(2 * area / LFLARE__PI);
     out[6] = (float)sqrt(2 * entrance / LFLARE__PI);
     out[7] = first >= last[1][0] ? 1.0f : -1.0f;
@@ -7204,10 +7535,11 @@ LFLARE_API lflare_tables_size lflare_tables_layout(const lflare_lens *lens, cons
     return size;
 }
 
-/* Keeps the pupil, the iris and each rim that does not wholly hold another circle for all slopes up to u_max, with a little
-   to spare for dispersion. Holding is transitive, so one pass does it. Returns how many, their places in `keep`. */
-static int32_t lflare__drop_holders(const lflare_circle *c, int32_t count, double u_max, int32_t *keep)
+/* Keeps the pupil, the iris at every crossing and each rim that does not wholly hold another circle for all slopes up to u_max, with a
+   little to spare for dispersion. Holding is transitive, so one pass does it. Returns how many, their places in `keep`. */
+static int32_t lflare__drop_holders(const lflare__rims *rims, int32_t count, double u_max, int32_t stop, int32_t *keep)
 {
+    const lflare_circle *c = rims->circles;
     double lo[LFLARE_MAX_CIRCLES], hi[LFLARE_MAX_CIRCLES]; /* a circle holds another if its interval at u_max does */
     int32_t i, k, kept = 2;
     keep[0] = 0;
@@ -7219,7 +7551,7 @@ static int32_t lflare__drop_holders(const lflare_circle *c, int32_t count, doubl
     for (i = 2; i < count; i++) {
         double least = lo[i] + 0.003 * c[i].radius, most = hi[i] - 0.003 * c[i].radius;
         for (k = 0; k < count && !(lo[k] > least && hi[k] < most); k++) {}
-        if (k == count) keep[kept++] = i;
+        if (k == count || (LFLARE__MORE_PATHS && rims->surface[i] == stop)) keep[kept++] = i;
     }
     return kept;
 }
@@ -7249,8 +7581,9 @@ static void lflare__near(const lflare_circle *c, int32_t count, double u, double
 }
 
 /* Which rims bind anywhere in the field at any wavelength, iris open: a circle needless beside the open iris is needless
-   beside a smaller one. At most LFLARE_MAX_RIMS are kept, those with most of the outline. */
-static int32_t lflare__choose_rims(const lflare__rims *rims, int32_t count, int32_t *chosen)
+   beside a smaller one. At most LFLARE_MAX_RIMS are kept, those with most of the outline, and the iris wherever else the path crosses it:
+   there it may bind once it closes. */
+static int32_t lflare__choose_rims(const lflare__rims *rims, int32_t count, int32_t stop, int32_t *chosen)
 {
     enum { SAMPLES = 16 };
     int32_t keep[LFLARE_MAX_CIRCLES], pair[2], kept, i, j, k, used = 0;
@@ -7258,8 +7591,8 @@ static int32_t lflare__choose_rims(const lflare__rims *rims, int32_t count, int3
     double outline[LFLARE_MAX_CIRCLES], u_max = 60;
     for (i = 1; i < count; i++) /* pairs with the pupil or the iris: enough for a bound */
         for (k = 0; k < 2 && k < i; k++) u_max = lflare__part(&rims[1].circles[i], &rims[1].circles[k], u_max);
-    kept = lflare__drop_holders(rims[1].circles, count, 1.02 * u_max, keep);
-    for (i = 0; i < kept; i++) outline[i] = 0;
+    kept = lflare__drop_holders(&rims[1], count, 1.02 * u_max, stop, keep);
+    for (i = 0; i < kept; i++) outline[i] = LFLARE__MORE_PATHS && i > 1 && rims[1].surface[keep[i]] == stop ? 1000 : 0;
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
         lflare_circle c[LFLARE_MAX_CIRCLES];
         double hidden, lo, hi;
@@ -7308,19 +7641,22 @@ static void lflare__prepare_ghost(const lflare_lens *lens, lflare_tables *t, int
         head[k * 4 + 2] = lflare__single(rims[k].m.a);
         head[k * 4 + 3] = lflare__single(rims[k].m.b);
     }
-    used = lflare__choose_rims(rims, count, chosen);
+    used = lflare__choose_rims(rims, count, lens->stop, chosen);
     memset(out, 0, sizeof(float) * LFLARE_MAX_RIMS * LFLARE_RIM_FLOATS);
     for (i = 0; i < used; i++)
         for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
             float *rim = out + i * LFLARE_RIM_FLOATS + k * 4;
             rim[0] = lflare__single(rims[k].a[chosen[i]]);
             rim[1] = lflare__single(rims[k].b[chosen[i]]);
-            rim[2] = (float)lens->prescription.surfaces[rims[k].surface[chosen[i]]].semi_diameter;
             rim[3] = (float)rims[k].surface[chosen[i]];
+            rim[2] = LFLARE__MORE_PATHS && rims[k].surface[chosen[i]] == lens->stop ? 0 : (float)lens->prescription.surfaces[rims[k].surface[chosen[i]]].semi_diameter;
         }
-    head[12] = (float)t->pairs[g].first;
-    head[13] = (float)t->pairs[g].second;
+    head[12] = (float)(t->pairs[g].first + LFLARE_MAX_SURFACES * t->pairs[g].third);
+    head[13] = (float)(t->pairs[g].second + LFLARE_MAX_SURFACES * t->pairs[g].fourth);
     head[14] = (float)used;
+#ifdef LFLARE_NO_TRACE
+    head[15] = 0;
+#endif
 }
 
 #ifndef LFLARE_NO_TRACE
@@ -7354,12 +7690,12 @@ LFLARE_API lflare_result lflare_tables_prepare(const lflare_lens *lens, lflare_t
         lflare_layer scratch[LFLARE_MAX_LAYERS];
         count = t->ghost_count;
         lflare_ghost_list(lens, t->pairs, &count);
+#ifndef LFLARE_NO_TRACE
         for (g = 0, i = 0; g < count; g++) {
             t->head[(size_t)g * LFLARE_HEAD_FLOATS + 15] = (float)i;
-#ifndef LFLARE_NO_TRACE
             i += lflare__step_count(t, t->pairs[g]);
-#endif
         }
+#endif
 #ifndef LFLARE_NO_DIFFRACTION
         lflare_ringing_make(t->ringing);
 #endif
@@ -7422,6 +7758,9 @@ static float lflare__weight(const lflare__bounce *b, int32_t count, int32_t k, f
     return w;
 }
 
+/* Of a row of rims: the iris once more, whose radius the settings know. */
+static int lflare__rim_is_stop(const float *rim) { return LFLARE__MORE_PATHS && rim[2] == 0; }
+
 /* Circles of a ghost from the tables, at one wavelength: pupil, iris, rims. */
 static int32_t lflare__table_circles(const lflare_tables *t, int32_t g, int32_t k, double iris, int paper, lflare_circle *out)
 {
@@ -7432,8 +7771,16 @@ static int32_t lflare__table_circles(const lflare_tables *t, int32_t g, int32_t 
     out[0].centre = 0;
     out[0].radius = entrance;
     out[1] = lflare__circle((double)head[k * 4], (double)head[k * 4 + 1], iris, entrance);
-    for (i = 0; i < count; i++, rims += LFLARE_RIM_FLOATS) out[2 + i] = lflare__circle((double)rims[0], (double)rims[1], (double)rims[2], entrance);
+    for (i = 0; i < count; i++, rims += LFLARE_RIM_FLOATS) out[2 + i] = lflare__circle((double)rims[0], (double)rims[1], lflare__rim_is_stop(rims) ? iris : (double)rims[2], entrance);
     return 2 + count;
+}
+
+/* Surfaces count from 1, and 0 0 stay 0 0: no third reflection is at the first surface. */
+static int lflare__overrides(const lflare_override *o, lflare_pair pair)
+{
+    int32_t one = pair.third > 0;
+    if (!LFLARE__MORE_PATHS) return o->first == pair.first + 1 && o->second == pair.second + 1;
+    return o->first == pair.first + 1 && o->second == pair.second + 1 && o->third == pair.third + one && o->fourth == pair.fourth + one;
 }
 
 LFLARE_API lflare_result lflare_tables_configure_begin(const lflare_lens *lens, lflare_tables *t, const lflare_settings *s, lflare_error *error)
@@ -7449,9 +7796,10 @@ LFLARE_API lflare_result lflare_tables_configure_begin(const lflare_lens *lens, 
         return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "exposure_ev is -60 to 60, min_flux 0 to 1, ghost_budget 0 or more");
     for (i = 0; i < s->override_count; i++) {
         const lflare_override *o = &s->overrides[i];
-        for (k = 0; k < t->ghost_count && (t->pairs[k].first + 1 != o->first || t->pairs[k].second + 1 != o->second); k++) {}
+        for (k = 0; k < t->ghost_count && !lflare__overrides(o, t->pairs[k]); k++) {}
         if (k == t->ghost_count)
-            return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "override %i: the lens has no ghost (%i,%i)", i, o->first, o->second);
+            return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, LFLARE__MORE_PATHS && (o->third != 0 || o->fourth != 0) ? "override %i: the lens has no ghost (%i,%i,%i,%i)" : "override %i: the lens has no ghost (%i,%i)",
+                                i, o->first, o->second, o->third, o->fourth);
         if (!lflare__finite3(o->tint) || !(fabsf(o->ev) <= 60) || !(o->scale >= 0 && o->scale <= 1000) || !(fabsf(o->move[0]) <= 1000) || !(fabsf(o->move[1]) <= 1000))
             return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "override %i of ghost (%i,%i): a number is out of range", i, o->first, o->second);
     }
@@ -7463,8 +7811,10 @@ LFLARE_API lflare_result lflare_tables_configure_begin(const lflare_lens *lens, 
         !(s->streak.share >= 0 && s->streak.share <= 1) || !(s->streak.length >= 0 && s->streak.length <= 100) || !(s->streak.thickness >= 0 && s->streak.thickness <= 100) ||
         !lflare__finite3(s->streak.tint))
         return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "iris_softness is 0 to 0.5, starburst_scale 0 to 1000, starburst_ev -60 to 60; a streak's share 0 to 1, its sizes 0 to 100");
+#ifndef LFLARE_NO_TRACE
     if (s->wavelengths != 0 && (s->wavelengths < LFLARE_WAVELENGTHS || s->wavelengths > LFLARE_MAX_WAVELENGTHS))
         return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "%i wavelengths: give 3 to 32, or 0", s->wavelengths);
+#endif
     t->iris.softness = s->iris_softness;
     t->fringes = t->ringing != NULL && !s->no_ringing;
     t->starburst = NULL;
@@ -7496,7 +7846,7 @@ static void lflare__style_ghost(lflare_tables *t, int32_t g, const lflare_settin
     for (i = 0; i < s->override_count; i++) {
         const lflare_override *o = &s->overrides[i];
         int tinted = o->tint[0] != 0 || o->tint[1] != 0 || o->tint[2] != 0;
-        if (o->first != t->pairs[g].first + 1 || o->second != t->pairs[g].second + 1) continue;
+        if (!lflare__overrides(o, t->pairs[g])) continue;
         for (k = 0; k < 3; k++) style[k] *= o->hide ? 0 : (tinted ? lflare__maxf(o->tint[k], 0) : 1) * exp2f(o->ev);
         if (o->scale > 0) style[3] *= o->scale;
         style[4] += o->move[0];
@@ -7738,7 +8088,7 @@ LFLARE_API void lflare_tables_configure_end(lflare_tables *t, const lflare_setti
     }
 #endif
 #ifndef LFLARE_NO_TRACE
-    if (t->model == LFLARE_MODEL_TRACED) t->mesh_hash = lflare__hash(t->outline, ghosts * LFLARE_OUTLINE_FLOATS, NULL, 0);
+    if (t->model == LFLARE_MODEL_TRACED) t->mesh_hash = lflare__hash(t->outline, ghosts * LFLARE_OUTLINE_FLOATS, t->steps, (size_t)lflare__steps_of(t) * LFLARE_STEP_FLOATS);
 #endif
 #ifdef LFLARE__PATCHES
     if (t->wavelength_count > 0) t->mesh_hash ^= lflare__hash(t->spectrum, ghosts * LFLARE_OUTLINE_KNOTS * LFLARE_SPECTRUM_ROWS * 4, t->spectral[0], 8);
@@ -7993,16 +8343,20 @@ static void lflare__footprint_edges(const lflare_tables *t, int32_t g, const lfl
     static const float pupil[12] = {1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0};
     const float *head = t->head + (size_t)g * LFLARE_HEAD_FLOATS, *rim = t->rims + (size_t)g * LFLARE_MAX_RIMS * LFLARE_RIM_FLOATS;
     lflare_edge e[2 + LFLARE_MAX_RIMS];
-    float depth[LFLARE_MAX_EDGES], middle, reach;
+    float depth[LFLARE_MAX_EDGES], middle, reach = 3e38f;
     int32_t count = 1, i, k, smallest = 0;
     out->ringing = t->ringing;
     e[0] = lflare__edge_make(t, head, t->iris.radius, head, d, s, l, pixel, t->iris.softness);
     if (s->binding & 1) e[count++] = lflare__edge_make(t, pupil, t->entrance_radius, head, d, s, l, pixel, 0);
     for (i = 0; i < LFLARE_MAX_RIMS; i++, rim += LFLARE_RIM_FLOATS)
-        if (s->binding >> (i + 1) & 1) e[count++] = lflare__edge_make(t, rim, rim[2], head, d, s, l, pixel, 0);
-    for (i = 1; i < count; i++)
-        if (lflare__edge_extent(&e[i], 1, t->ringing) < lflare__edge_extent(&e[smallest], 1, t->ringing)) smallest = i;
-    reach = lflare__edge_extent(&e[smallest], 1, t->ringing);
+        if (s->binding >> (i + 1) & 1) e[count++] = lflare__rim_is_stop(rim) ? lflare__edge_make(t, rim, t->iris.radius, head, d, s, l, pixel, t->iris.softness) : lflare__edge_make(t, rim, rim[2], head, d, s, l, pixel, 0);
+    for (i = 0; i < count; i++) {
+        float extent = lflare__edge_extent(&e[i], 1, t->ringing);
+        if (extent < reach) {
+            reach = extent;
+            smallest = i;
+        }
+    }
     middle = -e[smallest].offset[1] / e[smallest].gain[1];
     out->radius = 0;
     for (k = 0; k < LFLARE_WAVELENGTHS; k++)
@@ -8125,6 +8479,7 @@ static void lflare__patch_shape_make(const lflare_tables *t, const lflare_frame_
     p->shift[0] = t->efl * (p->style[4] * l->slope[0] - p->style[5] * l->slope[1]);
     p->shift[1] = t->efl * (p->style[4] * l->slope[1] + p->style[5] * l->slope[0]);
     p->spectrum = p->shares = NULL;
+    p->between = 0;
 }
 
 /* What more than three wavelengths need of a ghost that is hidden from a field angle on. */
@@ -9959,7 +10314,7 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "for (i = 0; i < RIMS; i++)\n"
     "if ((binding >> (i + 1) & 1) != 0) {\n"
     "vec4 r0 = lens_texel(lens + 4 + i * 3), r1 = lens_texel(lens + 5 + i * 3), r2 = lens_texel(lens + 6 + i * 3);\n"
-    "found[count++] = edge_of(vec3(r0.x, r1.x, r2.x), vec3(r0.y, r1.y, r2.y), r0.z, 0.0);\n"
+    "found[count++] = edge_of(vec3(r0.x, r1.x, r2.x), vec3(r0.y, r1.y, r2.y), r0.z > 0.0 ? r0.z : u_lens.w, r0.z > 0.0 ? 0.0 : u_strip.w);\n"
     "}\n"
     "int smallest = 0;\n"
     "float reach = 3e38;\n"
@@ -10019,8 +10374,8 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "vec2 centre = along.y * axis, between = vec2(cos(angle + 0.5 * turn), sin(angle + 0.5 * turn)), position;\n"
     "vec3 p = tangent(vec2(cos(angle), sin(angle)), axis, along);\n"
     "vec3 next = tangent(vec2(cos(angle + turn), sin(angle + turn)), axis, along);\n"
-    "float bend = p.x * next.y - p.y * next.x;\n"
     ,
+    "float bend = p.x * next.y - p.y * next.x;\n"
     "if (bend > 1e-3) position = vec2(p.z * next.y - next.z * p.y, p.x * next.z - next.x * p.z) / bend;\n"
     "else position = centre + between * max(p.z - dot(p.xy, centre), 0.0) / max(dot(p.xy, between), 0.05);\n"
     "if (low) {\n"
@@ -10567,9 +10922,11 @@ static const char *const lflare__glsl_traced_vert[] = {
     "r.z -= s.x;\n"
     "r.arrives = both(r.arrives, greaterThan(r.dz * way, vec4(0.0)));\n"
     "meet(s, code / 16, way, (code & 4) != 0, r, nx, ny, nz);\n"
-    "if ((code & 2) != 0) {\n"
+    "if ((code & 3) == 2) {\n"
     "r.stop_x = r.x / u_lens.w;\n"
     "r.stop_y = r.y / u_lens.w;\n"
+    "} else if ((code & 2) != 0) {\n"
+    "r.relative = max(r.relative, (r.x * r.x + r.y * r.y) / (u_lens.w * u_lens.w));\n"
     "} else {\n"
     "r.relative = max(r.relative, (r.x * r.x + r.y * r.y) * (s.z * s.z));\n"
     "go_on(vec4(steps.xyz, 0.0) * shares, (code & 1) != 0, way, nx, ny, nz, r, film_at);\n"
@@ -10640,8 +10997,8 @@ static const char *const lflare__glsl_traced_vert[] = {
     "vec4 style0 = ghosts(ghost + 1), style1 = ghosts(ghost + 2), l0 = u_lights[light], l1 = u_lights[light + 1], l2 = u_lights[light + 2];\n"
     "vec2 slope = l0.xy, axis = l0.zw;\n"
     "vec3 irradiance = l2.yzw * u_strip.y;\n"
-    "int place = int(u_lights[light + 3].x), first = int(a_instance.w), outline = ghost + 3 + OUTLINE;\n"
     ,
+    "int place = int(u_lights[light + 3].x), first = int(a_instance.w), outline = ghost + 3 + OUTLINE;\n"
     "gl_Position = vec4(2.0, 2.0, 0.0, 1.0);\n"
     "v_irradiance = v_flux = vec3(0.0);\n"
     "v_entrance = vec2(0.0);\n"
@@ -10690,9 +11047,9 @@ static const char *const lflare__glsl_traced_vert[] = {
     "int row = gl_VertexID / DIRECTIONS, direction = patch_index % sectors * (DIRECTIONS - 1) + gl_VertexID % DIRECTIONS;\n"
     "float side = direction > directions ? -1.0 : 1.0, turn = float(direction);\n"
     "if (direction > directions) direction = 2 * directions - direction;\n"
+    ,
     "float beside_at = float(direction) * float(SIDES - 1) / float(directions);\n"
     "int beside_first = int(min(beside_at, float(SIDES - 2)));\n"
-    ,
     "vec4 beside = mix(knot(5 + beside_first), knot(6 + beside_first), beside_at - float(beside_first));\n"
     "float about = whole.y / entrance, iris_soft = soft(whole.x), widest = sqrt(u_spectrum.x / u_spectrum.y);\n"
     "float inverse = 1.1 / max(scale * beside.z + abs(grown) * whole.z, 1.5 * u_lens.x);\n"
@@ -10738,9 +11095,9 @@ static const char *const lflare__glsl_traced_vert[] = {
     "vec2 radial = shape.yz * toward * beside.x / float(rings), around = shape.yz * vec2(-toward.y, toward.x) * (PI / float(directions) * at);\n"
     "float shrink = whole_ray ? middle.x * middle.w - middle.y * middle.z : 0.0;\n"
     "float spread = whole_ray ? max(max(abs(dot(grows, radial)), abs(dot(grows, around))), 1e-20) : 1e30;\n"
+    ,
     "float flat_share = max(even, clamp(2.0 - abs(shrink) / spread, 0.0, 1.0)), chord = length(around);\n"
     "if (!split_mesh) weight.rb *= brighter.xy;\n"
-    ,
     "vec2 spectrum = u_bands.x > 0.0 ? spectrum_of(int(a_instance.x), l1.y, h.x) : vec2(0.0), bundle = u_bands.x > 0.0 ? bundle_of(spectrum, ray_at) : vec2(0.0);\n"
     "vec3 flux = channels(spectrum, bundle, mesh, weight) * gain, light_colour = irradiance * style0.rgb;\n"
     "#ifndef PATCH_RIM\n"
@@ -10776,6 +11133,7 @@ static const char *const lflare__glsl_traced_vert[] = {
     "#endif\n"
     "vec2 position = vec2(local.x * axis.x - local.y * axis.y, local.x * axis.y + local.y * axis.x);\n"
     "position += u_lens.y * (style1.x * slope + style1.y * vec2(-slope.y, slope.x));\n"
+    ,
     "gl_Position = vec4(-(position - u_half.zw) / u_half.xy, 0.0, 1.0);\n"
     "}\n"
     , NULL};
@@ -11773,6 +12131,7 @@ LFLARE_API lflare_result lflare_create(const lflare_desc *desc, lflare **out, lf
         result = lflare_text_read(desc->text, desc->text_size, &read, error);
         if (result == LFLARE_OK) result = lflare_lens_derive(&read, &o->lens, error);
     }
+    if (result == LFLARE_OK) result = lflare_lens_paths(&o->lens, &desc->paths, error);
     if (result == LFLARE_OK && desc->fit != NULL) {
 #ifndef LFLARE_NO_ABERRATION
         result = lflare_aberration_check(&o->lens, desc->fit, desc->fit_size, error);
@@ -11928,7 +12287,7 @@ static lflare_result lflare__configure_iris(const lflare *o, const lflare_settin
     return lflare__masked(&s->mask) ? lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "this build has LFLARE_NO_DIFFRACTION: it takes no mask") : LFLARE_OK;
 }
 
-#ifndef LFLARE_NO_TRACE
+#ifdef LFLARE__PATCHES
 static void lflare__release_iris(lflare *o) { (void)o; }
 #endif
 #endif /* LFLARE_NO_DIFFRACTION */

@@ -117,9 +117,11 @@ void pass_step(vec4 s, vec4 steps, int code, mat4 shares, inout Rays r, out floa
     r.z -= s.x;
     r.arrives = both(r.arrives, greaterThan(r.dz * way, vec4(0.0)));
     meet(s, code / 16, way, (code & 4) != 0, r, nx, ny, nz);
-    if ((code & 2) != 0) {
+    if ((code & 3) == 2) {
         r.stop_x = r.x / u_lens.w;
         r.stop_y = r.y / u_lens.w;
+    } else if ((code & 2) != 0) {
+        r.relative = max(r.relative, (r.x * r.x + r.y * r.y) / (u_lens.w * u_lens.w));
     } else {
         r.relative = max(r.relative, (r.x * r.x + r.y * r.y) * (s.z * s.z));
         go_on(vec4(steps.xyz, 0.0) * shares, (code & 1) != 0, way, nx, ny, nz, r, film_at);
