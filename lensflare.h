@@ -6708,6 +6708,7 @@ enum { LFLARE__OUTLINE_HEAD = 4, LFLARE__OUTLINE_WHOLE = 20, LFLARE__OUTLINE_KNO
 
 /* How far, in pixels, rays of the outer wavelengths may land from where the first order says: beyond, wavelengths have meshes of their own. */
 #define LFLARE__OUTLINE_APART 1.0
+#define LFLARE__OUTLINE_NARROW 0.04 /* how open a bundle is at its centre: below, heights hardly differ over it, and rims are everywhere */
 #define LFLARE__OUTLINE_ENDS_APART 4.0 /* likewise, of a spectrum's ends, which are faint */
 
 /* Rings, 64 for 32 directions over half a turn instead of 16, 128 if there is a mesh for each wavelength, 256 if it is ragged: what is open is
@@ -6814,6 +6815,8 @@ static int lflare__outline_place(lflare__outliner *o)
 /* Whether what is open hides some of itself from the centre. */
 static int lflare__outline_hides(lflare__outliner *o)
 {
+    const lflare_surface *front = &o->find.lens->prescription.surfaces[0];
+    double reach = front->semi_diameter + fabs(lflare_sag(front, front->semi_diameter)) * o->slope;
     int32_t i, j, k;
     lflare__traced_ray ray;
     for (j = 0; j <= 4; j++)
@@ -6823,6 +6826,10 @@ static int lflare__outline_hides(lflare__outliner *o)
             for (k = 1; k <= 3; k++)
                 if (lflare__outline_closed(o, o->find.lead, 0.25 * k * u, 0.25 * k * v, &ray) > 1.02) return 1;
         }
+    for (i = -14; i <= 14; i++) { /* another piece, along the mirror plane */
+        double x = reach * i / 14;
+        if (fabs(x - o->middle) > 1.2 * o->half[0] && lflare__closed_floats(&o->find, o->find.lead, x, 0, o->slope, &ray) < 0.98) return 1;
+    }
     return 0;
 }
 
@@ -7133,7 +7140,7 @@ static void lflare__outline_middle(lflare__outliner *o, float hidden, float *kno
         p->bounds[j][0] = HUGE_VAL;
         p->bounds[j][1] = -HUGE_VAL;
         if (!p->open[j]) continue;
-        p->hides[j] = lflare__outline_hides(o);
+        p->hides[j] = o->open < LFLARE__OUTLINE_NARROW || lflare__outline_hides(o);
         p->width[1][j] = o->half[0];
         lflare__outline_knot(o, knots + j * LFLARE__OUTLINE_KNOT);
         p->apart[j] = o->apart;

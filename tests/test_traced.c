@@ -212,24 +212,30 @@ static double psnr_of(const lflare_image *image, const float *rgb)
     return 10 * log10(most * most * (double)n / wrong);
 }
 
+static void describe_exact(const lflare *flare, int width, int height, reference_desc *d)
+{
+    const lflare_frame_data *frame = lflare_get_frame(flare);
+    int k;
+    memset(d, 0, sizeof *d);
+    d->lens = lflare_get_lens(flare);
+    d->iris = &lflare_get_tables(flare)->iris;
+    d->half[0] = (double)frame->half_width;
+    d->half[1] = (double)frame->half_height;
+    for (k = 0; k < 2; k++) {
+        d->slope[k] = (double)frame->lights[0].slope[k];
+        d->centre[k] = (double)frame->centre[k];
+    }
+    d->width = width;
+    d->height = height;
+}
+
 /* The last frame by dense exact rays. */
 static void render_exact(const lflare *flare, int width, int height, float *rgb)
 {
     static reference_desc d;
-    const lflare_frame_data *frame = lflare_get_frame(flare);
     const lflare_tables *t = lflare_get_tables(flare);
     int k;
-    memset(&d, 0, sizeof d);
-    d.lens = lflare_get_lens(flare);
-    d.iris = &t->iris;
-    d.half[0] = (double)frame->half_width;
-    d.half[1] = (double)frame->half_height;
-    for (k = 0; k < 2; k++) {
-        d.slope[k] = (double)frame->lights[0].slope[k];
-        d.centre[k] = (double)frame->centre[k];
-    }
-    d.width = width;
-    d.height = height;
+    describe_exact(flare, width, height, &d);
     d.wavelengths = 3;
     for (k = 0; k < 3; k++) {
         d.nm[k] = (double)t->wavelengths[k];
@@ -269,6 +275,156 @@ static void against_reference(void **state)
         free(drawn.pixels);
         lflare_destroy(flare);
     }
+}
+
+/* ---- more than three wavelengths ---- */
+
+/* The observer's y is 1 at 555 nm, equal power looks nearly white, and colours stop at the ends. */
+static void colours(void **state)
+{
+    static const double y[3] = {0.2126729, 0.7151522, 0.0721750};
+    double rgb[3], sum[3] = {0, 0, 0}, found = 0;
+    int i, k;
+    (void)state;
+    lflare_wavelength_rgb(555, rgb);
+    for (k = 0; k < 3; k++) found += y[k] * rgb[k];
+    assert_true(fabs(found - 1) < 2e-4);
+    for (i = 380; i <= 780; i++) {
+        lflare_wavelength_rgb(i, rgb);
+        for (k = 0; k < 3; k++) sum[k] += rgb[k];
+    }
+    for (k = 0; k < 3; k++) assert_true(fabs(sum[k] / sum[1] - 1) < 0.3); /* illuminant E, reddish in sRGB, is 1.20 0.95 0.91 of its mean */
+    lflare_wavelength_rgb(379, rgb);
+    for (k = 0; k < 3; k++) assert_true(rgb[k] == 0);
+    lflare_wavelength_rgb(NAN, rgb);
+    for (k = 0; k < 3; k++) assert_true(rgb[k] == 0);
+}
+
+/* The last frame by dense exact rays of 64 wavelengths, evenly spaced. */
+static void render_spectrum(const lflare *flare, int width, int height, float *rgb)
+{
+    enum { MANY = 64 };
+    static reference_desc d;
+    double sum[3] = {0, 0, 0};
+    int i, k;
+    describe_exact(flare, width, height, &d);
+    d.wavelengths = MANY;
+    for (i = 0; i < MANY; i++) {
+        d.nm[i] = 400 + 300 * (i + 0.5) / MANY;
+        lflare_wavelength_rgb(d.nm[i], d.rgb[i]);
+        for (k = 0; k < 3; k++) sum[k] += d.rgb[i][k];
+    }
+    for (i = 0; i < MANY; i++)
+        for (k = 0; k < 3; k++) d.rgb[i][k] /= sum[k];
+    d.cells = 40;
+    assert_int_equal(reference_render(&d, rgb), 1);
+}
+
+/* 32 wavelengths against 64 exact ones, both models with meshes; three are far off, since coatings are not white. */
+static void spectrum_against_reference(void **state)
+{
+    enum { W = 240, H = 136 };
+    lflare_settings settings = plain_at(8, LFLARE_MODEL_TRACED);
+    lflare_light light = light_at(13.4, 4);
+    lflare *flare = open_lens(HELIAR, &settings), *fitted;
+    float *rgb = (float *)calloc(3 * W * H, sizeof(float));
+    lflare_desc desc;
+    lflare_image drawn;
+    size_t size;
+    void *fit;
+    double found[3];
+    int i;
+    (void)state;
+    for (i = 0; i < 2; i++) {
+        settings.wavelengths = i == 0 ? 3 : 32;
+        assert_int_equal(lflare_configure(flare, &settings, NULL), LFLARE_OK);
+        drawn = picture(flare, W, H, &light);
+        if (i == 0) render_spectrum(flare, W, H, rgb);
+        found[i] = psnr_of(&drawn, rgb);
+        free(drawn.pixels);
+    }
+    assert_int_equal(lflare_aberration_fit(lflare_get_lens(flare), NULL, &fit, &size, NULL), LFLARE_OK);
+    memset(&desc, 0, sizeof desc);
+    desc.prescription = &lflare_get_lens(flare)->prescription;
+    desc.fit = fit;
+    desc.fit_size = size;
+    desc.settings = settings;
+    desc.settings.model = LFLARE_MODEL_POLYNOMIAL;
+    assert_int_equal(lflare_create(&desc, &fitted, NULL), LFLARE_OK);
+    drawn = picture(fitted, W, H, &light);
+    found[2] = psnr_of(&drawn, rgb);
+    print_message("against 64 wavelengths: 3 %.1f dB, 32 %.1f dB, 32 of the polynomial model %.1f dB\n", found[0], found[1], found[2]);
+    assert_true(found[0] < 25 && found[1] >= 45 && found[2] >= 42);
+    free(drawn.pixels);
+    free(rgb);
+    free(fit);
+    lflare_destroy(fitted);
+    lflare_destroy(flare);
+}
+
+/* The largest step of three channels along the middle row of a picture of the Heliar's 8,7, whose rim is spread over some 25 pixels. */
+static double largest_step(int32_t wavelengths)
+{
+    enum { W = 1600, H = 16 };
+    lflare_settings settings = plain_at(8, LFLARE_MODEL_TRACED);
+    lflare_light light = light_at(13.4, 0);
+    lflare_override overrides[64];
+    lflare *flare = open_lens(HELIAR, &settings);
+    const lflare_tables *t = lflare_get_tables(flare);
+    lflare_image drawn;
+    int32_t g;
+    double largest = 0;
+    int x, k, changes = 0;
+    memset(overrides, 0, sizeof overrides);
+    for (g = 0; g < t->ghost_count; g++) {
+        overrides[g].first = t->pairs[g].first + 1;
+        overrides[g].second = t->pairs[g].second + 1;
+        overrides[g].hide = overrides[g].first != 8 || overrides[g].second != 7;
+    }
+    settings.overrides = overrides;
+    settings.override_count = t->ghost_count;
+    settings.wavelengths = wavelengths;
+    assert_int_equal(lflare_configure(flare, &settings, NULL), LFLARE_OK);
+    drawn = picture(flare, W, H, &light);
+    for (k = 0; k < 3; k++) {
+        const float *row = drawn.pixels + 4 * W * (H / 2) + k;
+        double most = 0;
+        for (x = 0; x < W; x++) most = fmax(most, fabs((double)row[4 * x]));
+        for (x = 1; x < W; x++) {
+            double step = fabs((double)(row[4 * x] - row[4 * x - 4])) / most;
+            changes += step > 2e-3;
+            largest = fmax(largest, step);
+        }
+    }
+    assert_true(changes > 60);
+    free(drawn.pixels);
+    lflare_destroy(flare);
+    return largest;
+}
+
+/* Across a dispersed edge wavelengths blend: few of them make no larger steps than many do. Side by side six make one of 0.64. */
+static void spectrum_has_no_bands(void **state)
+{
+    double few = largest_step(6), many = largest_step(32);
+    (void)state;
+    print_message("steps across a rim: %.3f with 6 wavelengths, %.3f with 32\n", few, many);
+    assert_true(few < 1.2 * many && many < 0.3);
+}
+
+static void wavelengths_are_checked(void **state)
+{
+    static const int32_t bad[4] = {-1, 1, 2, LFLARE_MAX_WAVELENGTHS + 1};
+    lflare_settings settings = plain_at(8, LFLARE_MODEL_TRACED);
+    lflare *flare = open_lens(HELIAR, &settings);
+    lflare_error error;
+    int i;
+    (void)state;
+    for (i = 0; i < 4; i++) {
+        settings.wavelengths = bad[i];
+        assert_int_equal(lflare_configure(flare, &settings, &error), LFLARE_ERROR_ARGUMENT);
+        assert_non_null(strstr(error.text, "wavelengths"));
+    }
+    lflare_destroy(flare);
 }
 
 /* A ghost moves and changes its shape smoothly with the light: nothing appears or jumps. */
@@ -401,6 +557,10 @@ int main(void)
         cmocka_unit_test(rays),
         cmocka_unit_test(outlines),
         cmocka_unit_test(against_reference),
+        cmocka_unit_test(colours),
+        cmocka_unit_test(spectrum_against_reference),
+        cmocka_unit_test(spectrum_has_no_bands),
+        cmocka_unit_test(wavelengths_are_checked),
         cmocka_unit_test(moves_smoothly),
         cmocka_unit_test(allocations_fail),
         cmocka_unit_test(models_change),
