@@ -199,6 +199,20 @@
    What comes next fits without moving these walls. More than three wavelengths: `band` counts triples of wavelengths and rows repeat per
    band.
 
+   BUDGETS
+
+   lflare_settings.vertex_budget and pixel_budget hold for a frame: what lflare_gl_draw runs for its ghosts (undistorted 52 vertices, else 72 a
+   patch; fragments of one sample, insides and rims; starbursts and streaks are not counted, lflare_gl_draw_half shades a quarter). Fragments are
+   estimated from each ghost's area within the frame: all together within 5 % wide open, up to 12 % where lamps or fringes widen meshes that fold.
+   Each light has a share in proportion to its brightness, and what it does not need goes to the others. Within it ghosts come strongest first;
+   traced ones give up density (half the rings, then half the directions) before the weakest are left out, down to half of what is left of the budget;
+   one that does not fit is left out, and smaller ones after it may still be drawn. So a budget is used but for less than the smallest ghost left out.
+   Nothing pops where areas change as lights move: a ghost that gets near the limit fades out over a twentieth of the budget, and those that take
+   the place of one left out fade in as it gets farther from fitting. Numbers of vertices do change in steps, where a ghost comes into the frame and where
+   a light crosses one of a traced ghost's field angles: there the weakest ghosts, or the density of one, may change at once. ghost_budget and
+   min_flux count ghosts and so choose, too, at once when a stronger ghost leaves the frame. Cost: 50 to 300 ns a ghost and light. Ignored
+   where LFLARE_NO_SOFTWARE, _GL, _ABERRATION and _TRACE leave nobody to draw.
+
    LIMITS
 
    128 rows, 1024 layers in all, 65,535 ghosts, 65,535 lights as fixed at creation, pictures of any size. Rotationally
@@ -758,6 +772,8 @@ typedef struct lflare_settings {
     float exposure_ev;         /* stops on top of either */
     int32_t ghost_budget;      /* most ghosts per light, strongest first; 0 = all */
     float min_flux;            /* leaves out ghosts whose peak flux is below this fraction of all ghosts' sum */
+    int32_t vertex_budget;     /* most vertices and pixels (fragments) of a frame's ghosts, as lflare_gl_draw runs them: see BUDGETS; 0 = no limit */
+    int32_t pixel_budget;
     int32_t paper_clipping;    /* 1: only front rim and iris clip, as in Lee & Eisemann 2013 */
     float iris_softness;       /* edges of the iris fade over so much on either side, in its radii: 0 to 0.5 */
     lflare_mask_desc mask;     /* what stands in the iris besides; its image is read until configure is complete */
@@ -845,7 +861,7 @@ typedef struct lflare_tables {
                                aspheric terms, 8 is met backwards */
     float *rank;            /* [ghost_count * 2]: peak flux; mean irradiance over the frame at the exposure's reference */
     lflare_cull *cull;      /* [ghost_count], the first active_count in use, strongest first */
-    int32_t active_count, ghost_budget;
+    int32_t active_count, ghost_budget, vertex_budget, pixel_budget;
     lflare_model model;     /* in force, not LFLARE_MODEL_AUTO */
     int32_t fringes;        /* 1: edges have them */
     float exposure;         /* gain on the lights' colour */
@@ -903,7 +919,8 @@ typedef struct lflare_frame_light {
 } lflare_frame_light;
 
 typedef struct lflare_instance {
-    uint16_t ghost, light, patch, band;
+    uint16_t ghost, light, patch, band; /* band, bits 0-3: of traced ghosts, the knot before the light's field angle; 8-9: levels of density given
+                                           up; 10-15, of all: intensity given up, in 63rds (see BUDGETS) */
 } lflare_instance;
 
 /* What one frame draws. The arrays are the caller's (the object's, if there is one). */
@@ -921,7 +938,7 @@ typedef struct lflare_frame_data {
 
 /* Lights in front of the camera become frame lights, their visible ghosts instances, light by light. Fills *frame but for
    the arrays and capacities, which the caller sets: as many lights as given, and lights * active_count instances are always
-   enough. Allocates nothing; 5 ns a ghost and light. */
+   enough. Allocates nothing; 5 ns a ghost and light, with budgets of vertices or pixels more: see BUDGETS. */
 LFLARE_API lflare_result lflare_frame_build(const lflare_tables *tables, const lflare_view *view, const lflare_light *lights, int32_t light_count,
                                             lflare_frame_data *frame);
 
@@ -1160,6 +1177,13 @@ LFLARE_API int32_t lflare_version(void);
 #define LFLARE__PI 3.14159265358979323846
 #if !defined(LFLARE_NO_ABERRATION) || !defined(LFLARE_NO_TRACE)
 #define LFLARE__PATCHES /* ghosts as patches of triangles */
+#endif
+
+/* Small functions of many callers where speed does not matter: inlined they would be a tenth of the smallest build. */
+#if defined(__GNUC__)
+#define LFLARE__APART __attribute__((noinline))
+#else
+#define LFLARE__APART
 #endif
 
 static double lflare__min(double a, double b) { return a < b ? a : b; }
@@ -1457,7 +1481,7 @@ static const char *lflare__quote(const lflare__reader *r, char *out)
 }
 
 /* Message about the last word: `format` has one %s for it, or none. */
-static int lflare__bad(lflare__reader *r, const char *format)
+LFLARE__APART static int lflare__bad(lflare__reader *r, const char *format)
 {
     char quoted[32];
     if (r->failed == LFLARE_OK)
@@ -1782,7 +1806,7 @@ static void lflare__put_bytes(lflare__writer *w, const char *bytes, size_t n)
         if (w->size < w->room) w->at[w->size] = bytes[i];
 }
 
-static void lflare__put(lflare__writer *w, const char *text) { lflare__put_bytes(w, text, strlen(text)); }
+LFLARE__APART static void lflare__put(lflare__writer *w, const char *text) { lflare__put_bytes(w, text, strlen(text)); }
 
 static void lflare__put_number(lflare__writer *w, const char *before, double v)
 {
@@ -5909,7 +5933,7 @@ static void lflare__mesh_bulges(const lflare__mesher *m, const lflare__mesh_grid
 }
 
 /* What a knot says of its mesh as a whole: radius on the sensor (of a disc of the triangles' area), blur of the iris, radius on the
-   entrance, the centre's x there; middle and radius of its bounds on the sensor, magnification from its ends, 0. */
+   entrance, the centre's x there; middle and radius of its bounds on the sensor, magnification from its ends, half the length of the bounds along x. */
 static void lflare__mesh_whole(const lflare__mesher *m, const lflare__mesh_grid *g, float *out)
 {
     const float *first = lflare__mesh_at(g, g->rings, 0), *last = lflare__mesh_at(g, g->rings, g->directions);
@@ -5934,7 +5958,7 @@ static void lflare__mesh_whole(const lflare__mesher *m, const lflare__mesh_grid 
     out[4] = 0.5f * (far[0] + far[1]);
     out[5] = sqrtf(0.25f * (far[1] - far[0]) * (far[1] - far[0]) + up * up);
     out[6] = (first[0] - last[0]) / lflare__maxf(first[2] - last[2], 1e-12f);
-    out[7] = 0;
+    out[7] = 0.5f * (far[1] - far[0]);
 }
 
 /* Where the vertices of a knot stand: polar coordinates, and for each direction how far out it is open and where its rings are, as
@@ -6207,7 +6231,8 @@ static size_t lflare__mesh_layout(lflare_tables *t)
    field angle where hidden, radius that diffraction leaves times that of the bundle, 0, 0. Then knots: x of the centre, half axes,
    how far the ends along y are bent along x; blur of the iris, mm on the sensor per radian of the lamp's size, radius on the sensor, on the
    entrance, 1 or -1 as the ghost stands; middle and radius of its bounds on the sensor, the centre's place there, for the middle wavelength
-   the mesh up to the next knot (see lflare__mesh_code); how much brighter the outer wavelengths' maps make them than the middle one's, 0, 0; if
+   the mesh up to the next knot (see lflare__mesh_code); how much brighter the outer wavelengths' maps make them than the middle one's, half the length of the bounds along x,
+   radius on the sensor of what is drawn up to the next knot if that is ragged; if
    what is open up to the next knot is ragged, the ellipse that holds it: x of its centre, half axes, 0; and for
    each direction how far out it is open to any wavelength, in half axes, where that is to all, as a share of it, mm on the sensor per half
    axis there, blur of what ends it. */
@@ -6222,6 +6247,12 @@ static int32_t lflare__mesh_code(int32_t level, int fine, int split, int ragged)
 static int32_t lflare__code_rings(int32_t code) { return code & 63; }
 static int32_t lflare__code_directions(int32_t code) { return code & 64 ? 32 : 16; }
 static int32_t lflare__code_meshes(int32_t code) { return code & 128 ? LFLARE_WAVELENGTHS : 1; }
+/* After giving up as many levels: rings first, whose number counts most. */
+static int32_t lflare__code_coarser(int32_t code, int32_t levels)
+{
+    for (; levels > 0; levels--) code = lflare__code_rings(code) > 4 ? (code & ~63) | lflare__code_rings(code) / 2 : code & ~64;
+    return code;
+}
 static int32_t lflare__code_patches(int32_t code) { return lflare__code_meshes(code) * (lflare__code_directions(code) / 4) * (lflare__code_rings(code) / 4); }
 
 typedef struct lflare__outliner {
@@ -6591,6 +6622,7 @@ static void lflare__outline_knot(lflare__outliner *o, float *out)
     out[8] = (float)(0.5 * (lo + hi));
     out[9] = (float)hypot(0.5 * (hi - lo), up);
     out[10] = (float)centre[0];
+    out[14] = (float)(0.5 * (hi - lo));
     if (o->matching && ray.arrives) lflare__outline_match(o, 0, 0, &ray, &most, &least, brighter);
     out[12] = (float)brighter[0];
     out[13] = (float)brighter[2];
@@ -6681,7 +6713,7 @@ static int lflare__outline_jumps(const double *width, int32_t knot)
 /* What is open up to the next knot, if it is ragged, has its ellipse: measured like an outline. 0 if it is not. */
 static int lflare__outline_ragged(lflare__outliner *o, float hidden, lflare__outline_plan *p, int32_t knot, float *out)
 {
-    float unused[LFLARE__OUTLINE_KNOT];
+    float unused[LFLARE__OUTLINE_KNOT], radius[2];
     int32_t i;
     int32_t k;
     int ragged = p->hides[knot] || p->hides[knot + 1];
@@ -6698,6 +6730,7 @@ static int lflare__outline_ragged(lflare__outliner *o, float hidden, lflare__out
     for (i = knot; i <= knot + 1; i++) {
         o->slope = lflare__outline_slope(i, hidden);
         lflare__outline_knot(o, unused);
+        radius[i - knot] = unused[5];
         p->apart[i] = lflare__max(p->apart[i], o->apart);
         p->curved[i] = lflare__max(p->curved[i], o->curved);
         p->bulged[i] = lflare__max(p->bulged[i], o->bulged);
@@ -6707,6 +6740,7 @@ static int lflare__outline_ragged(lflare__outliner *o, float hidden, lflare__out
     out[16] = (float)o->middle;
     out[17] = (float)o->half[0];
     out[18] = (float)o->half[1];
+    out[15] = 0.5f * (radius[0] + radius[1]);
     return 1;
 }
 
@@ -7179,8 +7213,8 @@ LFLARE_API lflare_result lflare_tables_configure_begin(const lflare_lens *lens, 
     if (!lflare__finite(s->fnumber) || s->fnumber < 0 || s->fnumber > 1e6)
         return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "f-number %g: give a positive number, or 0 for the lens's own", s->fnumber);
     if (s->override_count < 0 || (s->override_count > 0 && s->overrides == NULL)) return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "no overrides given");
-    if (!(fabsf(s->exposure_ev) <= 60) || !(s->min_flux >= 0 && s->min_flux <= 1) || s->ghost_budget < 0)
-        return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "exposure_ev is -60 to 60, min_flux 0 to 1, ghost_budget 0 or more");
+    if (!(fabsf(s->exposure_ev) <= 60) || !(s->min_flux >= 0 && s->min_flux <= 1) || s->ghost_budget < 0 || s->vertex_budget < 0 || s->pixel_budget < 0)
+        return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "exposure_ev is -60 to 60, min_flux 0 to 1, budgets are 0 or more");
     for (i = 0; i < s->override_count; i++) {
         const lflare_override *o = &s->overrides[i];
         for (k = 0; k < t->ghost_count && (t->pairs[k].first + 1 != o->first || t->pairs[k].second + 1 != o->second); k++) {}
@@ -7208,6 +7242,8 @@ LFLARE_API lflare_result lflare_tables_configure_begin(const lflare_lens *lens, 
 #endif
     t->fnumber = (float)fnumber;
     t->ghost_budget = s->ghost_budget;
+    t->vertex_budget = s->vertex_budget;
+    t->pixel_budget = s->pixel_budget;
     return LFLARE_OK;
 }
 
@@ -7589,11 +7625,415 @@ static int lflare__frame_light_make(const lflare_tables *t, const lflare_frame_d
     return lit > 0;
 }
 
+/* -- budgets: what ghosts cost -- */
+
+enum {
+    LFLARE__GHOST_VERTICES = 52, /* of an undistorted ghost: LFLARE__GL_RING and LFLARE__GL_INSIDE */
+    LFLARE__COARSER = 3          /* most levels of density that a mesh gives up */
+};
+
+/* What is left of an instance's intensity where a budget fades it out: see lflare_instance. */
+static float lflare__instance_share(lflare_instance instance) { return 1 - (float)(instance.band >> 10) / 63; }
+
+/* With neither renderer nor meshes there is nobody whose vertices and fragments these are. */
+#if defined(LFLARE__PATCHES) || !defined(LFLARE_NO_SOFTWARE) || !defined(LFLARE_NO_GL)
+#define LFLARE__BUDGETS
+
+/* How a budget sees a ghost, or one of its meshes: an ellipse on the sensor with one axis on the line to the light. */
+typedef struct lflare__blot {
+    float middle;  /* on that line, without the override's move, mm */
+    float half[2]; /* along it and across, mm */
+    float area;    /* of all that is drawn: a map that folds has more than the ellipse, mm^2 */
+} lflare__blot;
+
+/* Twice the signed area of the unit disc within the triangle that its centre makes with p and q. */
+static float lflare__disc_triangle(const float *p, const float *q)
+{
+    float d[2], t[2], ends[4], a, b, c, sum = 0;
+    int32_t i;
+    for (i = 0; i < 2; i++) d[i] = q[i] - p[i];
+    a = d[0] * d[0] + d[1] * d[1];
+    b = p[0] * d[0] + p[1] * d[1];
+    c = b * b - a * (p[0] * p[0] + p[1] * p[1] - 1);
+    if (!(c > 0)) return atan2f(p[0] * q[1] - p[1] * q[0], p[0] * q[0] + p[1] * q[1]);
+    t[0] = lflare__minf(lflare__maxf((-b - sqrtf(c)) / a, 0), 1);
+    t[1] = lflare__minf(lflare__maxf((-b + sqrtf(c)) / a, 0), 1);
+    for (i = 0; i < 4; i++) ends[i] = p[i % 2] + t[i / 2] * d[i % 2];
+    if (t[0] > 0) sum += atan2f(p[0] * ends[1] - p[1] * ends[0], p[0] * ends[0] + p[1] * ends[1]);
+    if (t[1] < 1) sum += atan2f(ends[2] * q[1] - ends[3] * q[0], ends[2] * q[0] + ends[3] * q[1]);
+    return sum + ends[0] * ends[3] - ends[1] * ends[2];
+}
+
+/* Pixels of it within the frame. */
+static float lflare__blot_pixels(const lflare_tables *t, const lflare_frame_data *f, const lflare_frame_light *l, const float *style, const lflare__blot *b)
+{
+    float at[2], corners[4][2], least[2], most = lflare__maxf(b->half[0], b->half[1]), area = 0;
+    int32_t i, inside = 1;
+    at[0] = b->middle * l->axis[0] + t->efl * (style[4] * l->slope[0] - style[5] * l->slope[1]) - f->centre[0];
+    at[1] = b->middle * l->axis[1] + t->efl * (style[4] * l->slope[1] + style[5] * l->slope[0]) - f->centre[1];
+    least[0] = f->half_width - fabsf(at[0]);
+    least[1] = f->half_height - fabsf(at[1]);
+    if (least[0] >= most && least[1] >= most) return b->area / (f->pixel * f->pixel);
+    if (least[0] <= -most || least[1] <= -most || !(b->half[0] > 0) || !(b->half[1] > 0)) return 0;
+    for (i = 0; i < 4; i++) {
+        float x = (i == 1 || i == 2 ? f->half_width : -f->half_width) - at[0], y = (i < 2 ? -f->half_height : f->half_height) - at[1];
+        corners[i][0] = (x * l->axis[0] + y * l->axis[1]) / b->half[0];
+        corners[i][1] = (y * l->axis[0] - x * l->axis[1]) / b->half[1];
+        inside &= corners[i][0] * corners[i][0] + corners[i][1] * corners[i][1] <= 1;
+    }
+    if (inside) area = 8 * f->half_width * f->half_height / (b->half[0] * b->half[1]);
+    for (i = 0; i < 4 && !inside; i++) area += lflare__disc_triangle(corners[i], corners[(i + 1) & 3]);
+    return lflare__maxf(area, 0) / (2 * (float)LFLARE__PI) * b->area / (f->pixel * f->pixel);
+}
+
+/* How far an edge reaches beyond itself, fringes included, mm: lflare__profile_make in another measure. */
+static float lflare__blot_edge(const lflare_frame_data *f, float blur, float ring)
+{
+    float soft = sqrtf(5 * (LFLARE__PIXEL_VARIANCE * f->pixel * f->pixel + 0.25f * blur * blur));
+#ifndef LFLARE_NO_DIFFRACTION
+    if (LFLARE__RING_WASHED * ring > soft) soft += LFLARE__RING_OUTER * ring;
+#endif
+    (void)ring;
+    return soft;
+}
+
+/* An undistorted ghost: discs of the footprints' area about their centroids, an ellipse around those of all wavelengths. */
+static float lflare__ghost_pixels(const lflare_tables *t, const lflare_frame_data *f, const lflare_frame_light *l, int32_t g)
+{
+    const float *style = t->style + (size_t)g * LFLARE_STYLE_FLOATS, *head = t->head + (size_t)g * LFLARE_HEAD_FLOATS;
+    const float *row = t->field + (size_t)g * LFLARE_FIELD_SAMPLES * LFLARE_FIELD_FLOATS;
+    float at = lflare__minf(l->field_angle * style[7] * (LFLARE_FIELD_SAMPLES - 1), LFLARE_FIELD_SAMPLES - 1.001f), v[5], ends[2], wide = 0, bright = 0, lamp, edge, corners;
+    int by_iris = fabsf(head[4]) * t->entrance_radius > t->iris.radius; /* its image is the smaller one */
+    int32_t k;
+    lflare__blot b;
+    row += (int32_t)at * LFLARE_FIELD_FLOATS;
+    at -= (float)(int32_t)at;
+    for (k = 0; k < 5; k++) v[k] = row[k] + at * (row[k + LFLARE_FIELD_FLOATS] - row[k]);
+    v[4] = lflare__maxf(v[4], 1e-6f * t->entrance_radius);
+    ends[0] = 3e38f;
+    ends[1] = -3e38f;
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) { /* as lflare_footprint_resolve */
+        const float *m = head + k * 4;
+        float spread = 0.61e-6f * t->wavelengths[k] * m[3] / v[4], disc = l->angular_radius * m[3], middle = m[2] * v[3] + m[3] * l->slope_length;
+        float size = lflare__maxf(fabsf(m[2]) * v[4], sqrtf(f->pixel * f->pixel + spread * spread + disc * disc));
+        bright = lflare__maxf(bright, v[k] * style[k] * v[4] * v[4] / (size * size));
+        size *= style[3];
+        ends[0] = lflare__minf(ends[0], middle - size);
+        ends[1] = lflare__maxf(ends[1], middle + size);
+        wide = lflare__maxf(wide, size);
+    }
+    lamp = style[3] * (by_iris ? head[7] - head[6] * head[5] / head[4] : head[7]);
+    edge = lflare__blot_edge(f, lamp * l->angular_radius, t->fringes && bright >= LFLARE__RING_LEAST * t->mean_irradiance ? style[3] * sqrtf(0.5e-6f * t->wavelengths[1] * fabsf(head[6] * lamp)) : 0);
+    if (by_iris) edge += t->iris.softness * wide;
+    b.middle = 0.5f * (ends[0] + ends[1]);
+    corners = t->iris.blade_count > 0 && by_iris ? 1 : 1.0065f; /* 16 tangents around a disc */
+    b.half[0] = corners * (0.5f * (ends[1] - ends[0]) + edge);
+    b.half[1] = corners * (wide + edge);
+    b.area = (float)LFLARE__PI * b.half[0] * b.half[1];
+    return lflare__blot_pixels(t, f, l, style, &b);
+}
+
+#ifdef LFLARE__PATCHES
+enum { LFLARE__KNOWN_SIDES = 5 };
+
+/* What is known of a mesh as a whole, between two knots. */
+typedef struct lflare__mesh_known {
+    float middle, bounds, length; /* bounds on the sensor: middle, radius, half of their length */
+    float radius, entrance, lamp, diffraction; /* see lflare__patch_grow */
+    float beyond;                 /* how much farther than iris and rims it is drawn, a share */
+    float whole;                  /* ragged: radius of all that is drawn; else 0 */
+    float rate[LFLARE__KNOWN_SIDES], blur[LFLARE__KNOWN_SIDES]; /* in some directions: see lflare__traced_band */
+} lflare__mesh_known;
+
+/* How much larger than what iris and rims leave open the area is that edges and fringes fade over, too. */
+static float lflare__known_beyond(const lflare_tables *t, const lflare_frame_data *f, const lflare_frame_light *l, float scale, float shrink, float grown, const lflare__mesh_known *m)
+{
+    float wave = t->fringes ? 0.5e-6f * sqrtf(t->wavelengths[0] * t->wavelengths[1]) * shrink : 0, sum = 0, all = 0;
+    int32_t i;
+    for (i = 0; i < LFLARE__KNOWN_SIDES; i++) {
+        float blur = scale * lflare__maxf(m->blur[i], fabsf(m->lamp)), rate = lflare__maxf(scale * m->rate[i] + grown, 1.5f * f->pixel);
+        float side = 1 + m->beyond + t->iris.softness + 1.1f / rate * lflare__blot_edge(f, blur * l->angular_radius, sqrtf(scale * wave * blur));
+        sum += rate * rate * side * side;
+        all += rate * rate;
+    }
+    return sqrtf(sum / all);
+}
+
+static float lflare__known_pixels(const lflare_tables *t, const lflare_frame_data *f, const lflare_frame_light *l, const float *style, const lflare__mesh_known *m)
+{
+    float entrance = lflare__maxf(m->entrance, 1e-6f), spread = lflare__minf(m->diffraction / entrance, 0.5f * f->half_width), disc = m->lamp * l->angular_radius;
+    float least = sqrtf(2.25f * f->pixel * f->pixel + spread * spread + disc * disc), grown = lflare__maxf(least - m->radius, 0), drawn = style[3] * (m->radius + grown);
+    float more = m->whole > 0 ? (m->whole + grown) / (m->radius + grown) : lflare__known_beyond(t, f, l, style[3], m->radius / entrance, style[3] * grown, m);
+    lflare__blot b;
+    int32_t i;
+    b.middle = m->middle;
+    b.half[0] = more * style[3] * (m->length + grown);
+    b.half[1] = more * style[3] * (sqrtf(lflare__maxf(m->bounds * m->bounds - m->length * m->length, 0)) + grown);
+    b.area = (float)LFLARE__PI * more * more * drawn * drawn;
+    if (m->whole > 0) { /* bounds are those of what is lit, which the mesh goes far beyond: a disc at the least, and once over all of it */
+        for (i = 0; i < 2; i++) b.half[i] = lflare__maxf(b.half[i], style[3] * (m->whole + grown));
+        b.area = lflare__maxf(b.area, (float)LFLARE__PI * b.half[0] * b.half[1]);
+    }
+    return lflare__blot_pixels(t, f, l, style, &b);
+}
+#endif
+
+#ifndef LFLARE_NO_ABERRATION
+static float lflare__mesh_pixels(const lflare_tables *t, const lflare_frame_data *f, const lflare_frame_light *l, int32_t g)
+{
+    const float *head = t->mesh_head + (size_t)g * LFLARE_MESH_HEAD_FLOATS, *style = t->style + (size_t)g * LFLARE_STYLE_FLOATS;
+    int32_t knots = lflare__mesh_knots((int32_t)head[5] & 8), floats = lflare__mesh_floats(head[6] > 1), mesh, first, i;
+    float at = lflare__knot_of(l->field_angle, head[4], knots), sum = 0, v[8];
+    lflare__mesh_known m;
+    first = (int32_t)lflare__minf(at, (float)(knots - 2));
+    at -= (float)first;
+    for (mesh = 0; mesh < (int32_t)head[6]; mesh++) {
+        const float *a = t->mesh + 4 * (size_t)head[0] + (size_t)(mesh * knots + first) * 4 * (size_t)head[7], *b = a + 4 * (size_t)head[7];
+        for (i = 0; i < 8; i++) v[i] = a[i] + at * (b[i] - a[i]);
+        m.middle = v[4];
+        m.bounds = v[5];
+        m.length = v[7];
+        m.radius = v[0];
+        m.entrance = v[2];
+        m.lamp = v[1];
+        m.diffraction = head[3];
+        m.beyond = 0.01f;
+        m.whole = 0;
+        for (i = 0; i < LFLARE__KNOWN_SIDES; i++) {
+            const float *edge = a + 4 * LFLARE__MESH_KNOT_TEXELS + (size_t)(((int32_t)head[2] * ((int32_t)head[1] + 1) + (int32_t)head[1] * i / (LFLARE__KNOWN_SIDES - 1)) * floats);
+            m.rate[i] = edge[floats - 1 - ((int32_t)head[1] + 1) * floats];
+            m.blur[i] = edge[head[6] > 1 ? 7 : 18];
+        }
+        sum += lflare__known_pixels(t, f, l, style, &m);
+    }
+    return sum;
+}
+#endif
+
+#ifndef LFLARE_NO_TRACE
+/* code and first: lflare__outline_code's. */
+static float lflare__traced_pixels(const lflare_tables *t, const lflare_frame_data *f, const lflare_frame_light *l, int32_t g, int32_t code, int32_t first)
+{
+    const float *all = t->outline + (size_t)g * LFLARE_OUTLINE_FLOATS, *style = t->style + (size_t)g * LFLARE_STYLE_FLOATS;
+    const float *middle = all + LFLARE__OUTLINE_ONE + LFLARE__OUTLINE_HEAD + first * LFLARE__OUTLINE_KNOT;
+    float at = lflare__knot_of(l->field_angle, all[LFLARE__OUTLINE_ONE], LFLARE_OUTLINE_KNOTS) - (float)first, sum = 0, v[15];
+    int32_t split = lflare__code_meshes(code) > 1, k, i;
+    lflare__mesh_known m;
+    for (k = split ? 0 : 1; k < (split ? LFLARE_WAVELENGTHS : 2); k++) {
+        const float *head = all + k * LFLARE__OUTLINE_ONE, *a = head + LFLARE__OUTLINE_HEAD + first * LFLARE__OUTLINE_KNOT, *b = a + LFLARE__OUTLINE_KNOT;
+        for (i = 4; i < 15; i++) v[i] = a[i] + at * (b[i] - a[i]);
+        m.middle = v[8];
+        m.bounds = v[9];
+        m.length = v[14];
+        m.radius = v[5];
+        m.entrance = v[6];
+        m.lamp = v[4];
+        m.diffraction = head[1];
+        m.beyond = 0.04f; /* lflare__traced_band's */
+        m.whole = code & 256 ? middle[15] : 0;
+        for (i = 0; i < LFLARE__KNOWN_SIDES; i++) {
+            const float *side = a + LFLARE__OUTLINE_WHOLE + 4 * (i * (LFLARE_OUTLINE_SIDES - 1) / (LFLARE__KNOWN_SIDES - 1));
+            m.rate[i] = side[2];
+            m.blur[i] = side[3];
+        }
+        sum += lflare__known_pixels(t, f, l, style, &m);
+    }
+    return sum;
+}
+#endif
+
+/* -- budgets: who is drawn -- */
+
+/* A ghost in the frame. */
+typedef struct lflare__seen {
+    int32_t ghost, patches, each, code, knot; /* vertices of a patch; for traced ghosts what lflare__outline_code says */
+} lflare__seen;
+
+/* What the budgets leave to one light's ghosts. */
+typedef struct lflare__purse {
+    float vertices, pixels, vertex_fade, pixel_fade; /* to spend; over how much ghosts fade out */
+    float coarse; /* vertices that those still to come have at the least */
+    float gate;   /* what is left of those to come: see lflare__purse_pay */
+} lflare__purse;
+
+static float lflare__seen_pixels(const lflare_tables *t, const lflare_frame_data *f, const lflare_frame_light *l, const lflare__seen *s)
+{
+#ifndef LFLARE_NO_TRACE
+    if (t->model == LFLARE_MODEL_TRACED) return lflare__traced_pixels(t, f, l, s->ghost, s->code, s->knot);
+#endif
+#ifndef LFLARE_NO_ABERRATION
+    if (t->model == LFLARE_MODEL_POLYNOMIAL) return lflare__mesh_pixels(t, f, l, s->ghost);
+#endif
+    return lflare__ghost_pixels(t, f, l, s->ghost);
+}
+
+/* Patches after giving up `levels` of density. */
+static int32_t lflare__seen_patches(const lflare__seen *s, int32_t levels)
+{
+#ifndef LFLARE_NO_TRACE
+    if (s->code > 0) return lflare__code_patches(lflare__code_coarser(s->code, levels));
+#endif
+    (void)levels;
+    return s->patches;
+}
+
+/* Whether a ghost that can be seen is drawn: how many patches, *band its instances' bits. Which ghosts are depends on the light's place,
+   yet none may pop: the last that fits fades as it gets near the limit, over a twentieth of the budget, and those after one that just
+   does not fit fade in as it gets farther from fitting, so that all are at 0 when it changes sides. */
+static int32_t lflare__purse_pay(lflare__purse *p, const lflare_tables *t, const lflare_frame_data *f, const lflare_frame_light *l, const lflare__seen *s, int32_t *band)
+{
+    float pixels = t->pixel_budget > 0 ? lflare__seen_pixels(t, f, l, s) : 0, vertices = (float)(s->patches * s->each), room, kept;
+    int32_t levels = 0;
+    p->coarse -= (float)(lflare__seen_patches(s, LFLARE__COARSER) * s->each);
+    kept = lflare__minf(lflare__maxf(p->coarse, 0), 0.5f * p->vertices); /* for weaker ones, half of what is left at most */
+    while (levels < LFLARE__COARSER && vertices > p->vertices - kept) vertices = (float)(lflare__seen_patches(s, ++levels) * s->each);
+    if (!(p->gate > 0.004f)) return 0;
+    room = lflare__minf((p->vertices - vertices) / p->vertex_fade, (p->pixels - pixels) / p->pixel_fade);
+    if (!(room > 0)) {
+        p->gate *= lflare__minf(-room, 1);
+        return 0;
+    }
+    p->vertices -= vertices;
+    p->pixels -= pixels;
+    *band |= levels << 8 | (int32_t)(63 * (1 - p->gate * lflare__minf(room, 1))) << 10;
+    return lflare__seen_patches(s, levels);
+}
+#else
+typedef struct lflare__seen {
+    int32_t ghost, patches;
+} lflare__seen;
+#endif /* LFLARE__BUDGETS */
+
+/* The next ghost of a light from *at on that may be in the frame; 0 if there is none. */
+static int lflare__seen_next(const lflare_tables *t, const lflare_frame_data *f, const lflare_frame_light *l, int32_t *at, lflare__seen *s)
+{
+    float growth = 4 * f->pixel;
+    if (l->flags & LFLARE_LIGHT_NO_GHOSTS) return 0;
+    while (*at < t->active_count) {
+        const lflare_cull *c = &t->cull[(*at)++];
+        float x = l->slope[0] * c->along - l->slope[1] * c->across - f->centre[0];
+        float y = l->slope[1] * c->along + l->slope[0] * c->across - f->centre[1];
+        float r = c->radius + growth + c->reach * l->angular_radius;
+        if (l->slope_length >= c->hidden_slope || fabsf(x) > f->half_width + r || fabsf(y) > f->half_height + r) continue;
+        s->ghost = (int32_t)c->ghost;
+        s->patches = c->patches;
+#ifdef LFLARE__BUDGETS
+        s->each = t->model == LFLARE_MODEL_PARAXIAL ? LFLARE__GHOST_VERTICES : LFLARE_PATCH_DIRECTIONS * (LFLARE_PATCH_RINGS + LFLARE_PATCH_BANDS);
+        s->code = s->knot = 0;
+#endif
+#ifndef LFLARE_NO_TRACE
+        if (t->model != LFLARE_MODEL_TRACED) return 1;
+        s->code = lflare__outline_code(t, c->ghost, l->field_angle, &s->knot);
+        s->patches = s->code > 0 ? lflare__code_patches(s->code) : 0;
+        if (s->patches == 0) continue;
+#endif
+        return 1;
+    }
+    return 0;
+}
+
+#ifdef LFLARE__BUDGETS
+/* Vertices (of the coarsest meshes: `coarse` 1) and pixels of all ghosts of a light that can be seen. */
+static void lflare__light_needs(const lflare_tables *t, const lflare_frame_data *f, const lflare_frame_light *l, int coarse, float *needs)
+{
+    int32_t at = 0, ghosts = t->ghost_budget > 0 ? t->ghost_budget : t->active_count;
+    lflare__seen s;
+    needs[0] = needs[1] = 0;
+    for (; ghosts > 0 && lflare__seen_next(t, f, l, &at, &s); ghosts--) {
+        needs[0] += (float)(lflare__seen_patches(&s, coarse ? LFLARE__COARSER : 0) * s.each);
+        if (!coarse && t->pixel_budget > 0) needs[1] += lflare__seen_pixels(t, f, l, &s);
+    }
+}
+
+static float lflare__light_weight(const lflare_frame_light *l) { return l->flags & LFLARE_LIGHT_NO_GHOSTS ? 0 : l->irradiance[0] + l->irradiance[1] + l->irradiance[2]; }
+
+/* A budget over a light's brightness: what lights do not need goes to the others. Needs lie where the lights' images will be. */
+static float lflare__budget_share(const lflare_frame_data *f, int32_t which, float budget)
+{
+    float share = 0, next;
+    int32_t i, pass;
+    for (pass = 0; pass < 32; pass++) {
+        float left = budget, wanting = 0, all = 0, most = 0;
+        for (i = 0; i < f->light_count; i++) {
+            float weight = lflare__light_weight(&f->lights[i]), need = f->lights[i].image[which];
+            if (!(weight > 0)) continue;
+            all += weight;
+            most = lflare__maxf(most, need / weight);
+            if (need <= share * weight) left -= need;
+            else wanting += weight;
+        }
+        next = wanting > 0 ? left / wanting : most + lflare__maxf(left, 0) / lflare__maxf(all, 1e-30f);
+        if (!(next > share * 1.00001f)) break;
+        share = next;
+    }
+    return share;
+}
+
+/* Shares of both budgets. */
+static void lflare__budget_shares(const lflare_tables *t, lflare_frame_data *f, float *shares)
+{
+    int32_t i, k;
+    for (i = 0; i < f->light_count; i++) lflare__light_needs(t, f, &f->lights[i], 0, f->lights[i].image);
+    shares[0] = t->vertex_budget > 0 ? lflare__budget_share(f, 0, (float)t->vertex_budget) : 0;
+    shares[1] = t->pixel_budget > 0 ? lflare__budget_share(f, 1, (float)t->pixel_budget) : 0;
+    for (i = 0; i < f->light_count; i++)
+        for (k = 0; k < 2; k++) f->lights[i].image[k] = t->efl * f->lights[i].slope[k];
+}
+
+static void lflare__purse_make(const lflare_tables *t, const lflare_frame_data *f, const lflare_frame_light *l, const float *shares, lflare__purse *p)
+{
+    float needs[2] = {0, 0}, weight = lflare__light_weight(l);
+    if (t->vertex_budget > 0) lflare__light_needs(t, f, l, 1, needs);
+    p->vertices = t->vertex_budget > 0 ? shares[0] * weight : 1e30f;
+    p->pixels = t->pixel_budget > 0 ? shares[1] * weight : 1e30f;
+    p->vertex_fade = lflare__maxf(0.05f * p->vertices, 1e-6f);
+    p->pixel_fade = lflare__maxf(0.05f * p->pixels, 1e-6f);
+    p->coarse = needs[0];
+    p->gate = 1;
+}
+#endif /* LFLARE__BUDGETS */
+
+/* The instances of one light's ghosts; shares: NULL without budgets. */
+static lflare_result lflare__frame_ghosts(const lflare_tables *t, lflare_frame_data *f, int32_t light, const float *shares)
+{
+    const lflare_frame_light *l = &f->lights[light];
+    int32_t budget = t->ghost_budget > 0 ? t->ghost_budget : t->active_count, at = 0, k;
+    lflare__seen s;
+#ifdef LFLARE__BUDGETS
+    lflare__purse purse;
+    memset(&purse, 0, sizeof purse);
+    if (shares != NULL) lflare__purse_make(t, f, l, shares, &purse);
+#endif
+    (void)shares;
+    while (budget > 0 && lflare__seen_next(t, f, l, &at, &s)) {
+        lflare_instance *instance = &f->instances[f->instance_count];
+        int32_t patches = s.patches, band = 0;
+#ifdef LFLARE__BUDGETS
+        band = s.knot;
+        if (shares != NULL) patches = lflare__purse_pay(&purse, t, f, l, &s, &band);
+#endif
+        if (f->instance_capacity - f->instance_count < patches) return LFLARE_ERROR_LIMIT;
+        for (k = 0; k < patches; k++, instance++) {
+            instance->ghost = (uint16_t)s.ghost;
+            instance->light = (uint16_t)light;
+            instance->patch = (uint16_t)k;
+            instance->band = (uint16_t)band;
+        }
+        f->instance_count += patches;
+        budget -= patches > 0;
+    }
+    return LFLARE_OK;
+}
+
 LFLARE_API lflare_result lflare_frame_build(const lflare_tables *t, const lflare_view *view, const lflare_light *lights, int32_t light_count,
                                             lflare_frame_data *f)
 {
-    float slope_scale;
-    int32_t i, g, k;
+    float slope_scale, *shares = NULL;
+    lflare_result result = LFLARE_OK;
+    int32_t i;
+#ifdef LFLARE__BUDGETS
+    float of_budgets[2];
+#endif
     if (f == NULL) return LFLARE_ERROR_ARGUMENT;
     f->light_count = f->instance_count = 0;
     if (t == NULL || !lflare__valid_view(view) || light_count < 0 || (light_count > 0 && lights == NULL)) return LFLARE_ERROR_ARGUMENT;
@@ -7601,38 +8041,24 @@ LFLARE_API lflare_result lflare_frame_build(const lflare_tables *t, const lflare
         if (!lflare__valid_light(&lights[i])) return LFLARE_ERROR_ARGUMENT;
     slope_scale = lflare__frame_size(t, view, f);
     for (i = 0; i < light_count; i++) {
-        lflare_frame_light *l;
-        float growth;
-        int32_t budget = t->ghost_budget > 0 ? t->ghost_budget : t->active_count, patches, band = 0;
-        if (f->light_count == f->light_capacity) return LFLARE_ERROR_LIMIT;
-        l = &f->lights[f->light_count];
+        lflare_frame_light *l = &f->lights[f->light_count];
+        if (f->light_count == f->light_capacity) {
+            result = LFLARE_ERROR_LIMIT; /* those that there is room for are drawn */
+            break;
+        }
         if (!lflare__frame_light_make(t, f, &lights[i], slope_scale, view->edge_fade, l)) continue;
         l->source = i;
-        growth = 4 * f->pixel;
-        for (g = 0; g < t->active_count && budget > 0 && !(l->flags & LFLARE_LIGHT_NO_GHOSTS); g++) {
-            const lflare_cull *c = &t->cull[g];
-            float x = l->slope[0] * c->along - l->slope[1] * c->across - f->centre[0];
-            float y = l->slope[1] * c->along + l->slope[0] * c->across - f->centre[1];
-            float r = c->radius + growth + c->reach * l->angular_radius;
-            lflare_instance *instance = &f->instances[f->instance_count];
-            if (l->slope_length >= c->hidden_slope || fabsf(x) > f->half_width + r || fabsf(y) > f->half_height + r) continue;
-            patches = c->patches;
-#ifndef LFLARE_NO_TRACE
-            if (t->model == LFLARE_MODEL_TRACED) patches = lflare__code_patches(lflare__outline_code(t, c->ghost, l->field_angle, &band));
-#endif
-            if (f->instance_capacity - f->instance_count < patches) return LFLARE_ERROR_LIMIT;
-            for (k = 0; k < patches; k++, instance++) {
-                instance->ghost = (uint16_t)c->ghost;
-                instance->light = (uint16_t)f->light_count;
-                instance->patch = (uint16_t)k;
-                instance->band = (uint16_t)band;
-            }
-            f->instance_count += patches;
-            budget--;
-        }
         f->light_count++;
     }
-    return LFLARE_OK;
+#ifdef LFLARE__BUDGETS
+    if (t->vertex_budget > 0 || t->pixel_budget > 0) {
+        shares = of_budgets;
+        lflare__budget_shares(t, f, shares);
+    }
+#endif
+    for (i = 0; i < f->light_count; i++)
+        if (lflare__frame_ghosts(t, f, i, shares) < 0) return LFLARE_ERROR_LIMIT;
+    return result;
 }
 
 LFLARE_API float lflare_fade(float now, float target, float dt, float attack, float release)
@@ -7786,7 +8212,7 @@ LFLARE_API int32_t lflare_footprint_resolve(const lflare_tables *t, const lflare
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
         float size2 = s.radius * s.radius * d.drawn[k] * d.drawn[k], lamp = d.scale * l->angular_radius;
         float variance = (LFLARE__PIXEL_VARIANCE * pixel * pixel * s.turn0 + 0.25f * lamp * lamp * s.turn2) / (float)LFLARE__PI;
-        out->irradiance[k] *= size2 / lflare__soft_size2(size2, variance);
+        out->irradiance[k] *= lflare__instance_share(instance) * size2 / lflare__soft_size2(size2, variance);
     }
     return lit > 0;
 }
@@ -7993,6 +8419,7 @@ static int32_t lflare__mesh_resolve(const lflare_tables *t, const lflare_frame_d
     lflare__patch_shape_make(t, f, l, instance.ghost, &p);
     out->iris_soft = lflare__patch_soft(&p, v.knots[1]);
     lflare__patch_grow(f, v.knots[0], v.knots[2], v.knots[1], head[3], v.knots[6] < 0, &p);
+    p.gain *= lflare__instance_share(instance);
     p.middle = lflare__mesh_float(&v, 0, 0, 0, 0);
     p.entrance = lflare__mesh_float(&v, 0, 0, 2, 0);
     ragged = (int32_t)head[5] >> mesh & 1;
@@ -8033,10 +8460,10 @@ typedef struct lflare__traced_view {
 static int lflare__traced_view_make(const lflare_tables *t, lflare_instance instance, const lflare_frame_light *l, int32_t *patch, lflare__traced_view *o)
 {
     const float *head = t->outline + (size_t)instance.ghost * LFLARE_OUTLINE_FLOATS, *middle = head + LFLARE__OUTLINE_ONE, *a;
-    int32_t first = instance.band, code, mesh, each, i;
+    int32_t first = instance.band & 15, code, mesh, each, i;
     float f;
     if (!(l->field_angle < middle[0]) || first > LFLARE_OUTLINE_KNOTS - 2) return 0;
-    code = (int32_t)middle[LFLARE__OUTLINE_HEAD + first * LFLARE__OUTLINE_KNOT + 11];
+    code = lflare__code_coarser((int32_t)middle[LFLARE__OUTLINE_HEAD + first * LFLARE__OUTLINE_KNOT + 11], instance.band >> 8 & 3);
     each = lflare__code_patches(code) / lflare__code_meshes(code);
     mesh = instance.patch / each;
     *patch = instance.patch % each;
@@ -8220,6 +8647,7 @@ static int32_t lflare__traced_resolve(const lflare_tables *t, const lflare_frame
     lflare__patch_shape_make(t, f, l, instance.ghost, &p);
     out->iris_soft = lflare__patch_soft(&p, o.knot[4]);
     lflare__patch_grow(f, o.knot[5], o.knot[6], o.knot[4], o.diffraction, o.knot[7] < 0, &p);
+    p.gain *= lflare__instance_share(instance);
     p.middle = o.knot[10];
     p.entrance = o.knot[0];
     if (o.ragged) memset(out->inside, 0, sizeof out->inside);
@@ -9445,7 +9873,7 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "int ghost = int(a_instance.x), light = int(a_instance.y), i;\n"
     "vec4 l0 = u_lights[light * 4], l1 = u_lights[light * 4 + 1], l2 = u_lights[light * 4 + 2];\n"
     "vec2 slope = l0.xy, axis = l0.zw;\n"
-    "vec3 irradiance = l2.yzw * u_strip.y;\n"
+    "vec3 irradiance = l2.yzw * u_strip.y * (1.0 - float(a_instance.w >> 10) / 63.0);\n"
     "int place = int(u_lights[light * 4 + 3].x);\n"
     "int lens = ghost * LENS_TEXELS, settings = ghost * SETTINGS_TEXELS;\n"
     "vec4 h0 = lens_texel(lens), h1 = lens_texel(lens + 1), h2 = lens_texel(lens + 2);\n"
@@ -9670,7 +10098,7 @@ static const char *const lflare__glsl_patch_vert[] = {
     "vec4 h0 = head(ghost), h1 = head(ghost + 1), style0 = head(ghost + 2), style1 = head(ghost + 3);\n"
     "vec4 l0 = u_lights[light], l1 = u_lights[light + 1], l2 = u_lights[light + 2];\n"
     "vec2 slope = l0.xy, axis = l0.zw;\n"
-    "vec3 irradiance = l2.yzw * u_strip.y;\n"
+    "vec3 irradiance = l2.yzw * u_strip.y * (1.0 - float(a_instance.w >> 10) / 63.0);\n"
     "int place = int(u_lights[light + 3].x);\n"
     "gl_Position = vec4(2.0, 2.0, 0.0, 1.0);\n"
     "v_irradiance = v_flux = vec3(0.0);\n"
@@ -10092,8 +10520,8 @@ static const char *const lflare__glsl_traced_vert[] = {
     "int ghost = int(a_instance.x) * GHOST, light = int(a_instance.y) * 4, patch_index = int(a_instance.z);\n"
     "vec4 style0 = ghosts(ghost + 1), style1 = ghosts(ghost + 2), l0 = u_lights[light], l1 = u_lights[light + 1], l2 = u_lights[light + 2];\n"
     "vec2 slope = l0.xy, axis = l0.zw;\n"
-    "vec3 irradiance = l2.yzw * u_strip.y;\n"
-    "int place = int(u_lights[light + 3].x), first = int(a_instance.w), outline = ghost + 3 + OUTLINE;\n"
+    "vec3 irradiance = l2.yzw * u_strip.y * (1.0 - float(a_instance.w >> 10) / 63.0);\n"
+    "int place = int(u_lights[light + 3].x), first = int(a_instance.w & 15u), outline = ghost + 3 + OUTLINE;\n"
     "gl_Position = vec4(2.0, 2.0, 0.0, 1.0);\n"
     "v_irradiance = v_flux = vec3(0.0);\n"
     "v_entrance = vec2(0.0);\n"
@@ -10105,6 +10533,9 @@ static const char *const lflare__glsl_traced_vert[] = {
     "#endif\n"
     "if (place < int(u_strip.x)) irradiance *= uintBitsToFloat(texelFetch(u_visibility, ivec2(place, 0), 0).r);\n"
     "int code = int(ghosts(outline + 1 + first * KNOT + 2).w), rings = code & 63, directions = (code & 64) != 0 ? 32 : 16;\n"
+    "for (int levels = int(a_instance.w >> 8) & 3; levels > 0; levels--)\n"
+    "if (rings > 4) rings /= 2;\n"
+    "else directions = 16;\n"
     "bool split_mesh = (code & 128) != 0, ragged = (code & 256) != 0;\n"
     "int sectors = directions / 4, blocks = rings / 4, mesh = split_mesh ? patch_index / (sectors * blocks) : 1, block = patch_index / sectors % blocks;\n"
     "if (split_mesh) outline = ghost + 3 + mesh * OUTLINE;\n"
@@ -10137,9 +10568,9 @@ static const char *const lflare__glsl_traced_vert[] = {
     "float q = sqrt(size2 / wash5), far = 2.0 * wash5 * (0.05 + q * (0.1875 + q * (0.25 + q * (0.125 - 0.0125 * q * q))));\n"
     "irradiance *= size2 / (wash5 <= size2 ? size2 + wash : far);\n"
     "int row = gl_VertexID / DIRECTIONS, direction = patch_index % sectors * (DIRECTIONS - 1) + gl_VertexID % DIRECTIONS;\n"
+    ,
     "float side = direction > directions ? -1.0 : 1.0, turn = float(direction);\n"
     "if (direction > directions) direction = 2 * directions - direction;\n"
-    ,
     "float beside_at = float(direction) * float(SIDES - 1) / float(directions);\n"
     "int beside_first = int(min(beside_at, float(SIDES - 2)));\n"
     "vec4 beside = mix(knot(5 + beside_first), knot(6 + beside_first), beside_at - float(beside_first));\n"
@@ -10186,8 +10617,8 @@ static const char *const lflare__glsl_traced_vert[] = {
     "twist.x * middle.w + middle.x * bent.w - twist.y * middle.z - middle.y * bent.z);\n"
     "vec2 radial = shape.yz * toward * beside.x / float(rings), around = shape.yz * vec2(-toward.y, toward.x) * (PI / float(directions) * at);\n"
     "float shrink = whole_ray ? middle.x * middle.w - middle.y * middle.z : 0.0;\n"
-    "float spread = whole_ray ? max(max(abs(dot(grows, radial)), abs(dot(grows, around))), 1e-20) : 1e30;\n"
     ,
+    "float spread = whole_ray ? max(max(abs(dot(grows, radial)), abs(dot(grows, around))), 1e-20) : 1e30;\n"
     "float flat_share = max(even, clamp(2.0 - abs(shrink) / spread, 0.0, 1.0)), chord = length(around);\n"
     "if (!split_mesh) weight.rb *= brighter.xy;\n"
     "vec3 flux = (split_mesh ? vec3(equal(ivec3(0, 1, 2), ivec3(mesh))) : vec3(1.0)) * weight * irradiance * style0.rgb;\n"
@@ -11585,6 +12016,8 @@ LFLARE_API lflare_result lflare_file_read(const char *path, lflare_realloc alloc
 
 #undef LFLARE__PI
 #undef LFLARE__PATCHES
+#undef LFLARE__BUDGETS
+#undef LFLARE__APART
 #undef LFLARE__OUTLINE_APART
 #undef LFLARE__NM_D
 #undef LFLARE__NM_F

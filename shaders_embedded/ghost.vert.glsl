@@ -132,7 +132,7 @@ void main()
     int ghost = int(a_instance.x), light = int(a_instance.y), i;
     vec4 l0 = u_lights[light * 4], l1 = u_lights[light * 4 + 1], l2 = u_lights[light * 4 + 2];
     vec2 slope = l0.xy, axis = l0.zw;
-    vec3 irradiance = l2.yzw * u_strip.y;
+    vec3 irradiance = l2.yzw * u_strip.y * (1.0 - float(a_instance.w >> 10) / 63.0); /* see lflare_instance */
     int place = int(u_lights[light * 4 + 3].x);
     int lens = ghost * LENS_TEXELS, settings = ghost * SETTINGS_TEXELS;
     vec4 h0 = lens_texel(lens), h1 = lens_texel(lens + 1), h2 = lens_texel(lens + 2);

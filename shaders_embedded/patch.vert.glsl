@@ -68,7 +68,7 @@ void main()
     vec4 h0 = head(ghost), h1 = head(ghost + 1), style0 = head(ghost + 2), style1 = head(ghost + 3);
     vec4 l0 = u_lights[light], l1 = u_lights[light + 1], l2 = u_lights[light + 2];
     vec2 slope = l0.xy, axis = l0.zw;
-    vec3 irradiance = l2.yzw * u_strip.y;
+    vec3 irradiance = l2.yzw * u_strip.y * (1.0 - float(a_instance.w >> 10) / 63.0); /* see lflare_instance */
     int place = int(u_lights[light + 3].x);
     gl_Position = vec4(2.0, 2.0, 0.0, 1.0);
     v_irradiance = v_flux = vec3(0.0);

@@ -5,7 +5,7 @@ uniform highp sampler2D u_traced_ghosts; /* per ghost: steps' place and number, 
 uniform highp usampler2D u_visibility;
 
 invariant gl_Position; /* both programs put shared vertices on the same pixels */
-in uvec4 a_instance; /* ghost, light, patch, knot before the light's field angle */
+in uvec4 a_instance; /* ghost, light, patch, band: see lflare_instance */
 
 const int DIRECTIONS = 9, RINGS = 5, BANDS = 3, ROW = 1024, SURFACE = 131, GHOST = 798, OUTLINE = 265, KNOTS = 12, KNOT = 22, SIDES = 17;
 const float PIXEL_VARIANCE = 0.715 * 0.715 / 5.0, PI = 3.14159265;
@@ -213,8 +213,8 @@ void main()
     int ghost = int(a_instance.x) * GHOST, light = int(a_instance.y) * 4, patch_index = int(a_instance.z);
     vec4 style0 = ghosts(ghost + 1), style1 = ghosts(ghost + 2), l0 = u_lights[light], l1 = u_lights[light + 1], l2 = u_lights[light + 2];
     vec2 slope = l0.xy, axis = l0.zw;
-    vec3 irradiance = l2.yzw * u_strip.y;
-    int place = int(u_lights[light + 3].x), first = int(a_instance.w), outline = ghost + 3 + OUTLINE;
+    vec3 irradiance = l2.yzw * u_strip.y * (1.0 - float(a_instance.w >> 10) / 63.0); /* see lflare_instance */
+    int place = int(u_lights[light + 3].x), first = int(a_instance.w & 15u), outline = ghost + 3 + OUTLINE;
     gl_Position = vec4(2.0, 2.0, 0.0, 1.0);
     v_irradiance = v_flux = vec3(0.0);
     v_entrance = vec2(0.0);
@@ -225,7 +225,10 @@ void main()
     v_bulge = vec4(0.0);
 #endif
     if (place < int(u_strip.x)) irradiance *= uintBitsToFloat(texelFetch(u_visibility, ivec2(place, 0), 0).r);
-    int code = int(ghosts(outline + 1 + first * KNOT + 2).w), rings = code & 63, directions = (code & 64) != 0 ? 32 : 16; /* lflare__mesh_code */
+    int code = int(ghosts(outline + 1 + first * KNOT + 2).w), rings = code & 63, directions = (code & 64) != 0 ? 32 : 16; /* lflare__mesh_code, then lflare__code_coarser */
+    for (int levels = int(a_instance.w >> 8) & 3; levels > 0; levels--)
+        if (rings > 4) rings /= 2;
+        else directions = 16;
     bool split_mesh = (code & 128) != 0, ragged = (code & 256) != 0;
     int sectors = directions / 4, blocks = rings / 4, mesh = split_mesh ? patch_index / (sectors * blocks) : 1, block = patch_index / sectors % blocks;
     if (split_mesh) outline = ghost + 3 + mesh * OUTLINE;
