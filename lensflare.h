@@ -184,6 +184,7 @@
        lens      surface   surface: vertex, curvature, rim, conic and aspheric terms                             48 bytes
        settings  field     ghost:  LFLARE_FIELD_SAMPLES x 2 x (W_r W_g W_b centroid)(radius turn0 turn2 binding) 2048 bytes
        settings  style     ghost:  (tint rgb, scale)(move along, move across, field angle where hidden, 1/that)
+                           (shift x, y, mm; stops of its ramp, 0), 8 x (rgb, field angle)                 176 bytes
        settings  cull      active ghosts, strongest first: bounds, for the CPU's loop                       28 bytes
        settings  mesh_head ghost: (first texel, directions, rings, diffraction)(hidden angle, bits, meshes, texels a knot)
        settings  mesh      ghost: 12 or 23 angles x 2 texels of the whole, then 5 a vertex, or 3 channels x 3    80 KB to 1.9 MB
@@ -205,7 +206,7 @@
    patch; fragments of one sample, insides and rims; starbursts and streaks are not counted, lflare_gl_draw_half shades a quarter). Fragments are
    estimated from each ghost's area within the frame: all together within 5 % wide open, up to 12 % where lamps or fringes widen meshes that fold.
    Each light has a share in proportion to its brightness, and what it does not need goes to the others. Within it ghosts come strongest first;
-   traced ones give up density (half the rings, then half the directions) before the weakest are left out, down to half of what is left of the budget;
+   traced ones give up density (half the rings, then half the directions) before the weakest are left out, but for a tenth of what is left of the budget;
    one that does not fit is left out, and smaller ones after it may still be drawn. So a budget is used but for less than the smallest ghost left out.
    Nothing pops where areas change as lights move: a ghost that gets near the limit fades out over a twentieth of the budget, and those that take
    the place of one left out fade in as it gets farther from fitting. Numbers of vertices do change in steps, where a ghost comes into the frame and where
@@ -274,7 +275,8 @@ enum {
     LFLARE_HEAD_FLOATS = 16,
     LFLARE_RIM_FLOATS = 12,    /* of one rim: 3 x (A B h surface) */
     LFLARE_FIELD_FLOATS = 8,   /* of one sample */
-    LFLARE_STYLE_FLOATS = 8,
+    LFLARE_RAMP_STOPS = 8,
+    LFLARE_STYLE_FLOATS = 12 + 4 * LFLARE_RAMP_STOPS,
     LFLARE_MESH_HEAD_FLOATS = 8,
     LFLARE_SURFACE_FLOATS = 12,
     LFLARE_OUTLINE_KNOTS = 12,   /* field angles at which traced ghosts' outlines are kept; */
@@ -741,6 +743,11 @@ typedef enum lflare_model {
                                 Not with LFLARE_NO_TRACE */
 } lflare_model;
 
+/* A stop of a ghost's ramp of colours: what multiplies its tint when the light is at that field angle. */
+typedef struct lflare_stop {
+    float rgb[3], angle; /* negative counts as 0; radians from the axis */
+} lflare_stop;
+
 /* Changes one ghost, by its surface pair counted from 1 as in tables and patents. All zeroes changes nothing. */
 typedef struct lflare_override {
     int32_t first, second;
@@ -750,6 +757,9 @@ typedef struct lflare_override {
     float scale;    /* size about its own centroid, irradiance kept; 0 = 1 */
     float move[2];  /* along the line from the picture's centre to the light, and to the left of it, as a fraction of the
                        distance of the light's own image */
+    int32_t ramp_count; /* stops in use, angles rising; between two of them linear, before the first and after the last as they are. Of several overrides
+                           of one ghost the last one with a ramp holds */
+    lflare_stop ramp[LFLARE_RAMP_STOPS];
 } lflare_override;
 
 /* The horizontal streak of anamorphic lenses, an element of its own and the artist's: it has no place in a rotationally symmetric
@@ -774,6 +784,9 @@ typedef struct lflare_settings {
     float min_flux;            /* leaves out ghosts whose peak flux is below this fraction of all ghosts' sum */
     int32_t vertex_budget;     /* most vertices and pixels (fragments) of a frame's ghosts, as lflare_gl_draw runs them: see BUDGETS; 0 = no limit */
     int32_t pixel_budget;
+    float imperfection;        /* elements stand off the axis by up to so much of their clear radius: 0.001 a good lens, 0.01 a bad one; 0 = perfect,
+                                  at most 0.1. Each of its ghosts moves off the mirror line by a constant on the sensor, on the axis too (see lflare__shift) */
+    uint32_t imperfection_seed;/* the same one, the same lens */
     int32_t paper_clipping;    /* 1: only front rim and iris clip, as in Lee & Eisemann 2013 */
     float iris_softness;       /* edges of the iris fade over so much on either side, in its radii: 0 to 0.5 */
     lflare_mask_desc mask;     /* what stands in the iris besides; its image is read until configure is complete */
@@ -1302,7 +1315,7 @@ LFLARE_API int32_t lflare_number_read(const char *text, size_t size, double *out
     return 1;
 }
 
-static int32_t lflare__put_unsigned(uint64_t v, char *out)
+LFLARE__APART static int32_t lflare__put_unsigned(uint64_t v, char *out)
 {
     char digits[20];
     int32_t n = 0, i;
@@ -1684,7 +1697,7 @@ static int lflare__read_option(lflare__reader *r, lflare_prescription *p, lflare
     return lflare__bad(r, "unknown word '%s' (options are air, n, nd, sellmeier, cauchy, glass, semi, conic, asphere and coating)");
 }
 
-static int lflare__read_row(lflare__reader *r, lflare_prescription *p)
+LFLARE__APART static int lflare__read_row(lflare__reader *r, lflare_prescription *p)
 {
     lflare_surface *s;
     uint32_t seen = 0;
@@ -2119,7 +2132,7 @@ LFLARE_API double lflare_sag(const lflare_surface *s, double r)
     return z;
 }
 
-static void lflare__note(lflare_lens *lens, lflare_note_kind kind, int32_t surface, double value, double stated)
+LFLARE__APART static void lflare__note(lflare_lens *lens, lflare_note_kind kind, int32_t surface, double value, double stated)
 {
     lflare_note *note;
     if (lens->note_count == LFLARE_MAX_NOTES) return;
@@ -2662,7 +2675,7 @@ typedef struct lflare__stack {
 } lflare__stack;
 
 /* One more layer behind: cosine and sine (hyperbolic if evanescent, `sign` then -1) of its phase, admittance y. */
-static void lflare__stack_add(lflare__stack *m, double cosine, double sine, double y, double sign)
+LFLARE__APART static void lflare__stack_add(lflare__stack *m, double cosine, double sine, double y, double sign)
 {
     double b = sine / y, c = sign * sine * y, na = m->a * cosine - m->b * c, nc = m->c * cosine + m->d * c;
     m->b = m->a * b + m->b * cosine;
@@ -6872,6 +6885,7 @@ static void lflare__outline_cull(lflare_tables *t, int32_t g)
         if (knot[1] > 0) cull->radius = lflare__maxf(cull->radius, 1.2f * knot[9] + fabsf(knot[8] - along * tanf(lflare__knot_angle(i % LFLARE_OUTLINE_KNOTS, hidden, LFLARE_OUTLINE_KNOTS))));
     }
     if (style[3] != 1) cull->radius *= 1 + 2 * style[3];
+    cull->radius += fabsf(style[8]) + fabsf(style[9]); /* wherever the light is */
     cull->along = along + style[4] * t->efl;
     cull->reach = 3 * reach * lflare__maxf(style[3], 1);
     cull->hidden_slope = tanf(hidden);
@@ -7213,8 +7227,8 @@ LFLARE_API lflare_result lflare_tables_configure_begin(const lflare_lens *lens, 
     if (!lflare__finite(s->fnumber) || s->fnumber < 0 || s->fnumber > 1e6)
         return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "f-number %g: give a positive number, or 0 for the lens's own", s->fnumber);
     if (s->override_count < 0 || (s->override_count > 0 && s->overrides == NULL)) return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "no overrides given");
-    if (!(fabsf(s->exposure_ev) <= 60) || !(s->min_flux >= 0 && s->min_flux <= 1) || s->ghost_budget < 0 || s->vertex_budget < 0 || s->pixel_budget < 0)
-        return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "exposure_ev is -60 to 60, min_flux 0 to 1, budgets are 0 or more");
+    if (!(fabsf(s->exposure_ev) <= 60) || !(s->min_flux >= 0 && s->min_flux <= 1) || !(s->imperfection >= 0 && s->imperfection <= 0.1f) || s->ghost_budget < 0 || s->vertex_budget < 0 || s->pixel_budget < 0)
+        return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "exposure_ev is -60 to 60, min_flux 0 to 1, imperfection 0 to 0.1, budgets are 0 or more");
     for (i = 0; i < s->override_count; i++) {
         const lflare_override *o = &s->overrides[i];
         for (k = 0; k < t->ghost_count && (t->pairs[k].first + 1 != o->first || t->pairs[k].second + 1 != o->second); k++) {}
@@ -7222,6 +7236,11 @@ LFLARE_API lflare_result lflare_tables_configure_begin(const lflare_lens *lens, 
             return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "override %i: the lens has no ghost (%i,%i)", i, o->first, o->second);
         if (!lflare__finite3(o->tint) || !(fabsf(o->ev) <= 60) || !(o->scale >= 0 && o->scale <= 1000) || !(fabsf(o->move[0]) <= 1000) || !(fabsf(o->move[1]) <= 1000))
             return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "override %i of ghost (%i,%i): a number is out of range", i, o->first, o->second);
+        if (o->ramp_count < 0 || o->ramp_count > LFLARE_RAMP_STOPS)
+            return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "override %i of ghost (%i,%i): a ramp has up to 8 stops", i, o->first, o->second);
+        for (k = 0; k < o->ramp_count; k++)
+            if (!lflare__finite3(o->ramp[k].rgb) || !(fabsf(o->ramp[k].angle) <= 2) || (k > 0 && !(o->ramp[k].angle > o->ramp[k - 1].angle)))
+                return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "override %i of ghost (%i,%i): stops are numbers, their angles rise", i, o->first, o->second);
     }
     if ((int)s->model < 0 || s->model > LFLARE_MODEL_TRACED || (s->model == LFLARE_MODEL_TRACED ? t->outline : s->model == LFLARE_MODEL_POLYNOMIAL ? t->mesh : t->field) == NULL)
         return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "the polynomial model needs a fit, the traced one its room");
@@ -7247,14 +7266,59 @@ LFLARE_API lflare_result lflare_tables_configure_begin(const lflare_lens *lens, 
     return LFLARE_OK;
 }
 
-static void lflare__style_ghost(lflare_tables *t, int32_t g, const lflare_settings *s, double hidden_slope)
+/* -1 to 1, from a seed and two numbers: two rounds of a mixer of 32 bits. */
+static float lflare__noise(uint32_t seed, int32_t a, int32_t b)
+{
+    uint32_t x = seed * 2654435761u + (uint32_t)a * 2246822519u + (uint32_t)b * 3266489917u + 374761393u;
+    int32_t i;
+    for (i = 0; i < 2; i++) {
+        x = (x ^ x >> 15) * 2246822519u;
+        x = (x ^ x >> 13) * 3266489917u;
+    }
+    return (float)(x >> 8) / 8388608.0f - 1;
+}
+
+/* How far elements that stand off the axis move a ghost, mm on the sensor. A surface shifted by d bends every ray by -C d more than a centred one,
+   C being its power (P 2), which the rest of the path, M of P 2 after it, turns into a move by its B: the same for all rays and field angles to first
+   order. (The part that grows with the slope is of third order, and left out.) Surfaces with glass or cement between them move together. */
+static void lflare__shift(const lflare_lens *lens, const lflare_tables *t, int32_t g, const lflare_settings *s, const double *n, float *out)
+{
+    const float *head = t->head + (size_t)g * LFLARE_HEAD_FLOATS;
+    lflare__walk walk;
+    lflare_crossing x;
+    int32_t i, element;
+    lflare__walk_start(&walk, lens, n, t->pairs[g]);
+    while (lflare__walk_next(&walk, &x)) {
+        double c = x.backwards ? -lens->curvature[x.surface] : lens->curvature[x.surface], after = (double)head[7] * x.a - (double)head[6] * x.b;
+        double moved = x.reflected ? -2 * c * x.n_in * after : -c * (x.n_in - x.n_out) * after;
+        for (element = x.surface; element > 0 && n[element] > 1.001; element--) {}
+        for (i = 0; i < 2; i++)
+            out[i] += (float)moved * s->imperfection * (float)lens->prescription.surfaces[element].semi_diameter * lflare__noise(s->imperfection_seed, element, i);
+    }
+}
+
+/* The tint of a style at a field angle. */
+LFLARE__APART static void lflare__style_tint(const float *style, float angle, float *out)
+{
+    const float *a = style + 12;
+    int32_t k, left = (int32_t)style[10] - 1;
+    for (k = 0; k < 3; k++) out[k] = style[k];
+    if (left < 0) return;
+    while (left > 1 && angle > a[7]) {
+        a += 4;
+        left--;
+    }
+    for (k = 0; k < 3; k++) out[k] *= left > 0 ? a[k] + lflare__minf(lflare__maxf((angle - a[3]) / (a[7] - a[3]), 0), 1) * (a[k + 4] - a[k]) : a[k];
+}
+
+static void lflare__style_ghost(const lflare_lens *lens, lflare_tables *t, int32_t g, const lflare_settings *s, const double *n, double hidden_slope)
 {
     float *style = t->style + (size_t)g * LFLARE_STYLE_FLOATS;
     float angle = (float)atan(hidden_slope);
     int32_t i, k;
-    for (k = 0; k < 3; k++) style[k] = 1;
-    style[3] = 1;
-    style[4] = style[5] = 0;
+    memset(style, 0, sizeof(float) * LFLARE_STYLE_FLOATS);
+    for (k = 0; k < 4; k++) style[k] = 1;
+    if (s->imperfection > 0) lflare__shift(lens, t, g, s, n, style + 8);
     style[6] = angle;
     style[7] = 1 / angle;
     for (i = 0; i < s->override_count; i++) {
@@ -7265,6 +7329,11 @@ static void lflare__style_ghost(lflare_tables *t, int32_t g, const lflare_settin
         if (o->scale > 0) style[3] *= o->scale;
         style[4] += o->move[0];
         style[5] += o->move[1];
+        if (o->ramp_count == 0) continue;
+        style[10] = (float)o->ramp_count;
+        memcpy(style + 12, o->ramp, sizeof o->ramp);
+        for (k = 0; k < 4 * LFLARE_RAMP_STOPS; k++)
+            if (k % 4 < 3) style[12 + k] = lflare__maxf(style[12 + k], 0);
     }
 }
 
@@ -7287,6 +7356,7 @@ static void lflare__cull_ghost(lflare_tables *t, int32_t g, double hidden_slope)
     for (k = 0; k < LFLARE_WAVELENGTHS; k++)
         cull->radius = lflare__maxf(cull->radius, (float)(radius[k] + fabs(centre[k] - centre[1]) * hidden_slope));
     if (style[3] != 1) cull->radius *= 1 + 2 * style[3];
+    cull->radius += fabsf(style[8]) + fabsf(style[9]); /* wherever the light is */
     cull->along = (float)centre[1] + style[4] * t->efl;
     cull->across = style[5] * t->efl;
     cull->reach = (float)(3 * reach) * lflare__maxf(style[3], 1);
@@ -7323,6 +7393,7 @@ static void lflare__mesh_cull(lflare_tables *t, int32_t g)
         cull->radius = lflare__maxf(cull->radius, 1.1f * knot[5] + fabsf(knot[4] - along * tanf(lflare__knot_angle(j % knots, head[4], knots))));
     }
     if (style[3] != 1) cull->radius *= 1 + 2 * style[3];
+    cull->radius += fabsf(style[8]) + fabsf(style[9]); /* wherever the light is */
     cull->along = along + style[4] * t->efl;
     cull->reach = 3 * reach * lflare__maxf(style[3], 1);
     cull->hidden_slope = tanf(head[4]);
@@ -7358,7 +7429,7 @@ static void lflare__configure_ghost(const lflare_lens *lens, lflare_tables *t, c
         count = lflare__table_circles(t, g, k, (double)t->iris.radius, s->paper_clipping, c);
         hidden = lflare__max(hidden, lflare__hidden_slope(c, count, pair));
     }
-    lflare__style_ghost(t, g, s, hidden);
+    lflare__style_ghost(lens, t, g, s, n[1], hidden);
     count = lflare__table_circles(t, g, 1, (double)t->iris.radius, s->paper_clipping, c);
     for (j = 0; j < LFLARE_FIELD_SAMPLES; j++) { /* geometry, at the middle wavelength */
         float *sample = field + j * LFLARE_FIELD_FLOATS;
@@ -7400,8 +7471,10 @@ static void lflare__configure_ghost(const lflare_lens *lens, lflare_tables *t, c
         mean *= weight;
     }
     for (j = 0; j < LFLARE_FIELD_SAMPLES; j++) {
-        const float *sample = field + j * LFLARE_FIELD_FLOATS, *style = t->style + (size_t)g * LFLARE_STYLE_FLOATS;
-        peak = lflare__maxf(peak, (sample[0] * style[0] + sample[1] * style[1] + sample[2] * style[2]) * sample[4] * sample[4]);
+        const float *sample = field + j * LFLARE_FIELD_FLOATS;
+        float tint[3];
+        lflare__style_tint(t->style + (size_t)g * LFLARE_STYLE_FLOATS, (float)(atan(hidden) * j / (LFLARE_FIELD_SAMPLES - 1)), tint);
+        peak = lflare__maxf(peak, (sample[0] * tint[0] + sample[1] * tint[1] + sample[2] * tint[2]) * sample[4] * sample[4]);
     }
     t->rank[g * 2] = peak;
     t->rank[g * 2 + 1] = mean;
@@ -7669,8 +7742,8 @@ static float lflare__blot_pixels(const lflare_tables *t, const lflare_frame_data
 {
     float at[2], corners[4][2], least[2], most = lflare__maxf(b->half[0], b->half[1]), area = 0;
     int32_t i, inside = 1;
-    at[0] = b->middle * l->axis[0] + t->efl * (style[4] * l->slope[0] - style[5] * l->slope[1]) - f->centre[0];
-    at[1] = b->middle * l->axis[1] + t->efl * (style[4] * l->slope[1] + style[5] * l->slope[0]) - f->centre[1];
+    at[0] = b->middle * l->axis[0] + t->efl * (style[4] * l->slope[0] - style[5] * l->slope[1]) + style[8] - f->centre[0];
+    at[1] = b->middle * l->axis[1] + t->efl * (style[4] * l->slope[1] + style[5] * l->slope[0]) + style[9] - f->centre[1];
     least[0] = f->half_width - fabsf(at[0]);
     least[1] = f->half_height - fabsf(at[1]);
     if (least[0] >= most && least[1] >= most) return b->area / (f->pixel * f->pixel);
@@ -7702,7 +7775,7 @@ static float lflare__ghost_pixels(const lflare_tables *t, const lflare_frame_dat
 {
     const float *style = t->style + (size_t)g * LFLARE_STYLE_FLOATS, *head = t->head + (size_t)g * LFLARE_HEAD_FLOATS;
     const float *row = t->field + (size_t)g * LFLARE_FIELD_SAMPLES * LFLARE_FIELD_FLOATS;
-    float at = lflare__minf(l->field_angle * style[7] * (LFLARE_FIELD_SAMPLES - 1), LFLARE_FIELD_SAMPLES - 1.001f), v[5], ends[2], wide = 0, bright = 0, lamp, edge, corners;
+    float at = lflare__minf(l->field_angle * style[7] * (LFLARE_FIELD_SAMPLES - 1), (float)LFLARE_FIELD_SAMPLES - 1.001f), v[5], ends[2], wide = 0, bright = 0, lamp, edge, corners;
     int by_iris = fabsf(head[4]) * t->entrance_radius > t->iris.radius; /* its image is the smaller one */
     int32_t k;
     lflare__blot b;
@@ -7885,7 +7958,7 @@ static int32_t lflare__purse_pay(lflare__purse *p, const lflare_tables *t, const
     float pixels = t->pixel_budget > 0 ? lflare__seen_pixels(t, f, l, s) : 0, vertices = (float)(s->patches * s->each), room, kept;
     int32_t levels = 0;
     p->coarse -= (float)(lflare__seen_patches(s, LFLARE__COARSER) * s->each);
-    kept = lflare__minf(lflare__maxf(p->coarse, 0), 0.5f * p->vertices); /* for weaker ones, half of what is left at most */
+    kept = lflare__minf(lflare__maxf(p->coarse, 0), 0.9f * p->vertices); /* for weaker ones; a tenth of what is left is for this one */
     while (levels < LFLARE__COARSER && vertices > p->vertices - kept) vertices = (float)(lflare__seen_patches(s, ++levels) * s->each);
     if (!(p->gate > 0.004f)) return 0;
     room = lflare__minf((p->vertices - vertices) / p->vertex_fade, (p->pixels - pixels) / p->pixel_fade);
@@ -8187,11 +8260,12 @@ LFLARE_API int32_t lflare_footprint_resolve(const lflare_tables *t, const lflare
     const lflare_frame_light *l = &f->lights[instance.light];
     int32_t g = instance.ghost, k;
     const float *style = t->style + (size_t)g * LFLARE_STYLE_FLOATS, *head = t->head + (size_t)g * LFLARE_HEAD_FLOATS;
-    float lit = 0, pixel = f->pixel, brightest = 0;
+    float lit = 0, pixel = f->pixel, brightest = 0, tint[3];
     lflare__sample s;
     lflare__drawn d;
     if (!lflare__field_sample(t, g, l->field_angle, &s)) return 0;
     d.scale = style[3];
+    lflare__style_tint(style, l->field_angle, tint);
     for (k = 0; k < 2; k++) out->axis[k] = l->axis[k];
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
         const float *m = head + k * 4;
@@ -8199,10 +8273,10 @@ LFLARE_API int32_t lflare_footprint_resolve(const lflare_tables *t, const lflare
         float least = sqrtf(pixel * pixel + spread * spread + lamp * lamp) / s.radius; /* P 3: r_min / rho */
         float size = lflare__maxf(fabsf(m[2]), least), along = m[2] * s.centroid + m[3] * l->slope_length;
         d.drawn[k] = (m[2] < 0 ? -size : size) * d.scale;
-        out->centre[k][0] = along * l->axis[0] + t->efl * (style[4] * l->slope[0] - style[5] * l->slope[1]);
-        out->centre[k][1] = along * l->axis[1] + t->efl * (style[4] * l->slope[1] + style[5] * l->slope[0]);
-        out->irradiance[k] = l->irradiance[k] * s.weight[k] * style[k] / (size * size);
-        brightest = lflare__maxf(brightest, s.weight[k] * style[k] / (size * size));
+        out->centre[k][0] = along * l->axis[0] + t->efl * (style[4] * l->slope[0] - style[5] * l->slope[1]) + style[8];
+        out->centre[k][1] = along * l->axis[1] + t->efl * (style[4] * l->slope[1] + style[5] * l->slope[0]) + style[9];
+        out->irradiance[k] = l->irradiance[k] * s.weight[k] * tint[k] / (size * size);
+        brightest = lflare__maxf(brightest, s.weight[k] * tint[k] / (size * size));
         lit += out->irradiance[k];
     }
     d.fringes = t->fringes && brightest >= LFLARE__RING_LEAST * t->mean_irradiance;
@@ -8224,6 +8298,7 @@ LFLARE_API int32_t lflare_footprint_resolve(const lflare_tables *t, const lflare
 typedef struct lflare__patch_shape {
     const lflare_frame_light *light;
     const float *style;
+    float tint[3];
     float even;               /* 1: few pixels, where triangles say better than vertices what the irradiance is */
     float grown;              /* what a ghost smaller than a pixel, or than what diffraction and lamp leave, grows by: mm on the sensor per mm on the entrance */
     float gain;               /* for soft edges that light more than the ghost's area */
@@ -8265,8 +8340,9 @@ static void lflare__patch_shape_make(const lflare_tables *t, const lflare_frame_
     p->widest = sqrtf(t->wavelengths[0] / t->wavelengths[1]);
     p->pixel = f->pixel;
     p->grid = LFLARE__PIXEL_VARIANCE * f->pixel * f->pixel;
-    p->shift[0] = t->efl * (p->style[4] * l->slope[0] - p->style[5] * l->slope[1]);
-    p->shift[1] = t->efl * (p->style[4] * l->slope[1] + p->style[5] * l->slope[0]);
+    lflare__style_tint(p->style, l->field_angle, p->tint);
+    p->shift[0] = t->efl * (p->style[4] * l->slope[0] - p->style[5] * l->slope[1]) + p->style[8];
+    p->shift[1] = t->efl * (p->style[4] * l->slope[1] + p->style[5] * l->slope[0]) + p->style[9];
 }
 
 /* Ghosts never get smaller than a disc (P 3): smaller ones would flicker as they pass from pixel to pixel, or be brighter than
@@ -8378,7 +8454,7 @@ static void lflare__patch_vertex(const lflare__mesh_view *v, const lflare__patch
     flat = lflare__maxf(p->even, lflare__minf(lflare__maxf(2 - shrink / m.spread, 0), 1));
     shrink = lflare__maxf(shrink, m.spread);
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
-        float flux = m.weight[k] * p->gain * p->light->irradiance[k] * p->style[k];
+        float flux = m.weight[k] * p->gain * p->light->irradiance[k] * p->tint[k];
         out->irradiance[k] = (1 - flat) * flux / shrink;
         out->flux[k] = flat * flux * scale * scale;
         lflare__turn(axis, m.iris[k][0], side * m.iris[k][1], out->iris[k]);
@@ -8594,7 +8670,7 @@ static void lflare__traced_vertex(const lflare__traced_view *o, const lflare__pa
     flat = lflare__maxf(p->even, lflare__minf(lflare__maxf(2 - fabsf(v.shrink) / v.spread, 0), 1));
     memset(out, 0, sizeof *out);
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
-        float flux = o->split && k != o->channel ? 0 : v.ray.weight[k] * p->gain * p->light->irradiance[k] * p->style[k], stop[2], relative = v.ray.relative;
+        float flux = o->split && k != o->channel ? 0 : v.ray.weight[k] * p->gain * p->light->irradiance[k] * p->tint[k], stop[2], relative = v.ray.relative;
         memcpy(stop, v.ray.stop, sizeof stop);
         if (!o->split && k != o->channel) {
             lflare__traced_match(o, &v, k, stop, &relative);
@@ -8658,7 +8734,7 @@ static int32_t lflare__traced_resolve(const lflare_tables *t, const lflare_frame
         lflare__traced_band(&o, &p, out->iris_soft, direction, &begin, &end);
         if (o.ragged) { /* the rim is everywhere, and every block has its part */
             begin = (float)(block * (LFLARE_PATCH_RINGS - 1));
-            end = begin + LFLARE_PATCH_RINGS - 1;
+            end = begin + (float)(LFLARE_PATCH_RINGS - 1);
         }
         for (k = 0; k < LFLARE_PATCH_RINGS && !o.ragged; k++)
             lflare__traced_vertex(&o, &p, lflare__minf((float)(block * (LFLARE_PATCH_RINGS - 1) + k), begin), direction, side, &out->inside[k][i]);
@@ -9470,7 +9546,7 @@ enum {
     LFLARE__GL_UNITS = 6,
     LFLARE__GL_ROW = 1024, /* texels of a line of the tables' textures */
     LFLARE__GL_LENS_TEXELS = 4 + 3 * LFLARE_MAX_RIMS,
-    LFLARE__GL_SETTINGS_TEXELS = 2 * LFLARE_FIELD_SAMPLES + 2,
+    LFLARE__GL_SETTINGS_TEXELS = 2 * LFLARE_FIELD_SAMPLES + LFLARE_STYLE_FLOATS / 4,
     LFLARE__GL_RING = 34,   /* vertices of a ghost's rim, of its inside */
     LFLARE__GL_INSIDE = 18,
     LFLARE__GL_PATCH_ROW = 6 * (LFLARE_PATCH_DIRECTIONS - 1), /* indices of a row of a patch's quads */
@@ -9764,7 +9840,7 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "invariant gl_Position;\n"
     "in uvec4 a_instance;\n"
     "const int CORNERS = 16, EDGES = 5, RIMS = 12, SAMPLES = 64;\n"
-    "const int LENS_TEXELS = 4 + 3 * RIMS, SETTINGS_TEXELS = 2 * SAMPLES + 2, ROW = 1024;\n"
+    "const int LENS_TEXELS = 4 + 3 * RIMS, SETTINGS_TEXELS = 2 * SAMPLES + 11, ROW = 1024;\n"
     "const float PI = 3.14159265, PIXEL_VARIANCE = 0.715 * 0.715 / 5.0;\n"
     "#ifdef RIM\n"
     "flat out vec4 v_data[13];\n"
@@ -9774,6 +9850,16 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "#endif\n"
     "vec4 lens_texel(int i) { return texelFetch(u_lens_table, ivec2(i % ROW, i / ROW), 0); }\n"
     "vec4 settings_texel(int i) { return texelFetch(u_settings_table, ivec2(i % ROW, i / ROW), 0); }\n"
+    "vec3 ramp(int at, int left, float angle)\n"
+    "{\n"
+    "vec4 a = settings_texel(at), b = left > 0 ? settings_texel(at + 1) : a;\n"
+    "for (; left > 1 && angle > b.w; left--) {\n"
+    "at++;\n"
+    "a = b;\n"
+    "b = settings_texel(at + 1);\n"
+    "}\n"
+    "return mix(a.rgb, b.rgb, left > 0 ? clamp((angle - a.w) / (b.w - a.w), 0.0, 1.0) : 0.0);\n"
+    "}\n"
     "struct Edge {\n"
     "vec3 gain, offset, inner, outer;\n"
     "float soft, ring;\n"
@@ -9837,6 +9923,7 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "}\n"
     "}\n"
     "reach += along * dot(axis, normal);\n"
+    ,
     "return vec3(normal, max(reach.x, max(reach.y, reach.z)));\n"
     "}\n"
     "float uncut(vec2 d, vec2 axis, vec3 along)\n"
@@ -9846,7 +9933,6 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "for (int i = 0; i < g_count; i++) {\n"
     "Edge e = g_edges[i];\n"
     "vec3 side = mix(vec3(1.0), vec3(-1.0), lessThan(e.gain, vec3(0.0))), gain = max(abs(e.gain), vec3(1e-12));\n"
-    ,
     "vec3 start = e.offset + e.gain * (vec3(along.y) - along);\n"
     "int parts = i == 0 && blades > 0 ? blades : 1;\n"
     "for (int k = 0; k < parts; k++) {\n"
@@ -9877,7 +9963,8 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "int place = int(u_lights[light * 4 + 3].x);\n"
     "int lens = ghost * LENS_TEXELS, settings = ghost * SETTINGS_TEXELS;\n"
     "vec4 h0 = lens_texel(lens), h1 = lens_texel(lens + 1), h2 = lens_texel(lens + 2);\n"
-    "vec4 style0 = settings_texel(settings + 2 * SAMPLES), style1 = settings_texel(settings + 2 * SAMPLES + 1);\n"
+    "vec4 style0 = settings_texel(settings + 2 * SAMPLES), style1 = settings_texel(settings + 2 * SAMPLES + 1), style2 = settings_texel(settings + 2 * SAMPLES + 2);\n"
+    "if (style2.z > 0.0) style0.rgb *= ramp(settings + 2 * SAMPLES + 3, int(style2.z) - 1, l1.y);\n"
     "gl_Position = vec4(2.0, 2.0, 0.0, 1.0);\n"
     "if (place < int(u_strip.x)) irradiance *= uintBitsToFloat(texelFetch(u_visibility, ivec2(place, 0), 0).r);\n"
     "float at = l1.y * style1.w * float(SAMPLES - 1);\n"
@@ -9891,6 +9978,7 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "vec3 weight = p1 + f * (p2 - p0 / 3.0 - p1 / 2.0 - p3 / 6.0 + f * (p0 / 2.0 - p1 + p2 / 2.0 + f * ((p1 - p2) / 2.0 + (p3 - p0) / 6.0)));\n"
     "int binding = int(a1.w) | int(b1.w);\n"
     "float radius = max(s1.x, 1e-6 * u_lens.z), scale = style0.w;\n"
+    ,
     "vec3 ma11 = vec3(h0.x, h1.x, h2.x), ma12 = vec3(h0.y, h1.y, h2.y);\n"
     "g_m11 = vec3(h0.z, h1.z, h2.z);\n"
     "g_m12 = vec3(h0.w, h1.w, h2.w);\n"
@@ -9899,7 +9987,6 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "g_drawn = mix(size, -size, lessThan(g_m11, vec3(0.0))) * scale;\n"
     "g_ratio = abs(vec3(g_drawn.y) / g_drawn);\n"
     "vec3 bright = max(weight, vec3(0.0)) * style0.rgb / (size * size);\n"
-    ,
     "g_fringes = u_burst[2].w >= 0.0 && max(bright.x, max(bright.y, bright.z)) >= u_burst[2].w ? 1.0 : 0.0;\n"
     "g_centroid = middle_x;\n"
     "g_slope = l1.x;\n"
@@ -9965,6 +10052,7 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "if (at >= float(SAMPLES - 1) || !(irradiance.x + irradiance.y + irradiance.z > 0.0)) return;\n"
     "#ifdef RIM\n"
     "int corner = gl_VertexID >> 1;\n"
+    ,
     "bool low = (gl_VertexID & 1) != 0;\n"
     "#else\n"
     "int corner = gl_VertexID;\n"
@@ -9975,7 +10063,6 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "vec3 p = tangent(vec2(cos(angle), sin(angle)), axis, along);\n"
     "vec3 next = tangent(vec2(cos(angle + turn), sin(angle + turn)), axis, along);\n"
     "float bend = p.x * next.y - p.y * next.x;\n"
-    ,
     "if (bend > 1e-3) position = vec2(p.z * next.y - next.z * p.y, p.x * next.z - next.x * p.z) / bend;\n"
     "else position = centre + between * max(p.z - dot(p.xy, centre), 0.0) / max(dot(p.xy, between), 0.05);\n"
     "if (low) {\n"
@@ -9988,7 +10075,7 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "#else\n"
     "v_position = position;\n"
     "#endif\n"
-    "vec2 shift = u_lens.y * (style1.x * slope + style1.y * vec2(-slope.y, slope.x));\n"
+    "vec2 shift = u_lens.y * (style1.x * slope + style1.y * vec2(-slope.y, slope.x)) + style2.xy;\n"
     "gl_Position = vec4(-(position + shift - u_half.zw) / u_half.xy, 0.0, 1.0);\n"
     "}\n"
     , NULL};
@@ -10051,7 +10138,7 @@ static const char *const lflare__glsl_patch_vert[] = {
     "uniform highp usampler2D u_visibility;\n"
     "invariant gl_Position;\n"
     "in uvec4 a_instance;\n"
-    "const int KNOT_TEXELS = 2, DIRECTIONS = 9, RINGS = 5, BANDS = 3, HEADS_ROW = 1024, MESH_ROW = 2048;\n"
+    "const int KNOT_TEXELS = 2, DIRECTIONS = 9, RINGS = 5, BANDS = 3, HEAD = 13, HEADS_ROW = 1024, MESH_ROW = 2048;\n"
     "const float PIXEL_VARIANCE = 0.715 * 0.715 / 5.0;\n"
     "centroid out vec3 v_irradiance, v_flux;\n"
     "centroid out float v_most;\n"
@@ -10063,6 +10150,16 @@ static const char *const lflare__glsl_patch_vert[] = {
     "#endif\n"
     "vec4 head(int i) { return texelFetch(u_mesh_heads, ivec2(i % HEADS_ROW, i / HEADS_ROW), 0); }\n"
     "vec4 mesh(int i) { return texelFetch(u_mesh_table, ivec2(i % MESH_ROW, i / MESH_ROW), 0); }\n"
+    "vec3 ramp(int at, int left, float angle)\n"
+    "{\n"
+    "vec4 a = head(at), b = left > 0 ? head(at + 1) : a;\n"
+    "for (; left > 1 && angle > b.w; left--) {\n"
+    "at++;\n"
+    "a = b;\n"
+    "b = head(at + 1);\n"
+    "}\n"
+    "return mix(a.rgb, b.rgb, left > 0 ? clamp((angle - a.w) / (b.w - a.w), 0.0, 1.0) : 0.0);\n"
+    "}\n"
     "int g_knot, g_size;\n"
     "int g_between;\n"
     "int g_rings, g_directions;\n"
@@ -10094,9 +10191,10 @@ static const char *const lflare__glsl_patch_vert[] = {
     "}\n"
     "void main()\n"
     "{\n"
-    "int ghost = int(a_instance.x) * 4, light = int(a_instance.y) * 4, patch_index = int(a_instance.z);\n"
-    "vec4 h0 = head(ghost), h1 = head(ghost + 1), style0 = head(ghost + 2), style1 = head(ghost + 3);\n"
+    "int ghost = int(a_instance.x) * HEAD, light = int(a_instance.y) * 4, patch_index = int(a_instance.z);\n"
+    "vec4 h0 = head(ghost), h1 = head(ghost + 1), style0 = head(ghost + 2), style1 = head(ghost + 3), style2 = head(ghost + 4);\n"
     "vec4 l0 = u_lights[light], l1 = u_lights[light + 1], l2 = u_lights[light + 2];\n"
+    "if (style2.z > 0.0) style0.rgb *= ramp(ghost + 5, int(style2.z) - 1, l1.y);\n"
     "vec2 slope = l0.xy, axis = l0.zw;\n"
     "vec3 irradiance = l2.yzw * u_strip.y * (1.0 - float(a_instance.w >> 10) / 63.0);\n"
     "int place = int(u_lights[light + 3].x);\n"
@@ -10109,6 +10207,7 @@ static const char *const lflare__glsl_patch_vert[] = {
     "v_rim = vec3(1.0);\n"
     "v_bulge = vec4(0.0);\n"
     "#endif\n"
+    ,
     "if (place < int(u_strip.x)) irradiance *= uintBitsToFloat(texelFetch(u_visibility, ivec2(place, 0), 0).r);\n"
     "g_directions = int(h0.y);\n"
     "g_rings = int(h0.z);\n"
@@ -10119,7 +10218,6 @@ static const char *const lflare__glsl_patch_vert[] = {
     "#else\n"
     "bool drawn = !ragged;\n"
     "#endif\n"
-    ,
     "if (!(l1.y < h1.x) || !drawn || !(irradiance.x + irradiance.y + irradiance.z > 0.0)) return;\n"
     "int knots = (int(h1.y) & 8) != 0 ? 23 : 12;\n"
     "float at = (1.0 - sqrt(max(1.0 - l1.y / h1.x, 0.0))) * float(knots - 1);\n"
@@ -10152,6 +10250,7 @@ static const char *const lflare__glsl_patch_vert[] = {
     "vec4 width = vec4(iris_soft, soft(edge_lamp), widest * fringe(edge_shrink, whole.y, scale), widest * fringe(edge_shrink, edge_lamp, scale)) * inverse;\n"
     "width.zw = min(width.zw, 0.4);\n"
     "width.zw *= step(width.xy, 8.0 * width.zw);\n"
+    ,
     "vec2 inner = width.xy + 5.0 * width.zw, outer = width.xy + 2.5 * width.zw;\n"
     "float begin = float(g_rings) * max((split_mesh ? last(g_rings, direction) : edge.w) - max(inner.x, inner.y) - u_strip.w - 0.01, 0.0);\n"
     "float end = float(g_rings) * (1.0 + max(outer.x, outer.y) + u_strip.w + 1.2 * bulge);\n"
@@ -10162,7 +10261,6 @@ static const char *const lflare__glsl_patch_vert[] = {
     "#ifdef PATCH_STRIP\n"
     "at = begin + (end - begin) * float(row) / float(BANDS - 1);\n"
     "#else\n"
-    ,
     "at = min(float(block * (RINGS - 1) + row), begin);\n"
     "#endif\n"
     "int ring = int(clamp(at, 0.0, float(g_rings - 1))), a = vertex(ring, direction);\n"
@@ -10214,7 +10312,7 @@ static const char *const lflare__glsl_patch_vert[] = {
     "v_bulge = vec4(turn, 4.0 * bulge, vec2(fringe(real_shrink, whole.y, scale), fringe(real_shrink, split_mesh ? t1.w : t4.z, scale)) / u_lens.x);\n"
     "#endif\n"
     "vec2 position = vec2(local.x * axis.x - local.y * axis.y, local.x * axis.y + local.y * axis.x);\n"
-    "position += u_lens.y * (style1.x * slope + style1.y * vec2(-slope.y, slope.x));\n"
+    "position += u_lens.y * (style1.x * slope + style1.y * vec2(-slope.y, slope.x)) + style2.xy;\n"
     "gl_Position = vec4(-(position - u_half.zw) / u_half.xy, 0.0, 1.0);\n"
     "}\n"
     , NULL};
@@ -10341,7 +10439,7 @@ static const char *const lflare__glsl_traced_vert[] = {
     "uniform highp usampler2D u_visibility;\n"
     "invariant gl_Position;\n"
     "in uvec4 a_instance;\n"
-    "const int DIRECTIONS = 9, RINGS = 5, BANDS = 3, ROW = 1024, SURFACE = 131, GHOST = 798, OUTLINE = 265, KNOTS = 12, KNOT = 22, SIDES = 17;\n"
+    "const int DIRECTIONS = 9, RINGS = 5, BANDS = 3, ROW = 1024, SURFACE = 131, STYLE = 11, GHOST = 796 + STYLE, OUTLINE = 265, KNOTS = 12, KNOT = 22, SIDES = 17;\n"
     "const float PIXEL_VARIANCE = 0.715 * 0.715 / 5.0, PI = 3.14159265;\n"
     "centroid out vec3 v_irradiance, v_flux;\n"
     "centroid out float v_most;\n"
@@ -10353,6 +10451,16 @@ static const char *const lflare__glsl_traced_vert[] = {
     "#endif\n"
     "vec4 lens(int i) { return texelFetch(u_traced_lens, ivec2(i % ROW, i / ROW), 0); }\n"
     "vec4 ghosts(int i) { return texelFetch(u_traced_ghosts, ivec2(i % ROW, i / ROW), 0); }\n"
+    "vec3 ramp(int at, int left, float angle)\n"
+    "{\n"
+    "vec4 a = ghosts(at), b = left > 0 ? ghosts(at + 1) : a;\n"
+    "for (; left > 1 && angle > b.w; left--) {\n"
+    "at++;\n"
+    "a = b;\n"
+    "b = ghosts(at + 1);\n"
+    "}\n"
+    "return mix(a.rgb, b.rgb, left > 0 ? clamp((angle - a.w) / (b.w - a.w), 0.0, 1.0) : 0.0);\n"
+    "}\n"
     "int g_steps, g_count;\n"
     "float g_sensor, g_slope;\n"
     "mat4 g_shares;\n"
@@ -10411,6 +10519,7 @@ static const char *const lflare__glsl_traced_vert[] = {
     "}\n"
     "void go_on(vec4 eta, bool reflected, float way, vec4 nx, vec4 ny, vec4 nz, inout Rays r, out float film_at)\n"
     "{\n"
+    ,
     "vec4 along = r.dx * nx + r.dy * ny + r.dz * nz, beyond = 1.0 - eta * eta * (1.0 - along * along);\n"
     "film_at = eta.x > 1.0 ? sqrt(max(beyond.x, 0.0)) : abs(along.x);\n"
     "vec4 kept = vec4(1.0), more = -2.0 * along;\n"
@@ -10419,7 +10528,6 @@ static const char *const lflare__glsl_traced_vert[] = {
     "kept = eta;\n"
     "more = -way * sqrt(max(beyond, 0.0)) - eta * along;\n"
     "}\n"
-    ,
     "r.dx = kept * r.dx + more * nx;\n"
     "r.dy = kept * r.dy + more * ny;\n"
     "r.dz = kept * r.dz + more * nz;\n"
@@ -10502,6 +10610,7 @@ static const char *const lflare__glsl_traced_vert[] = {
     "if (arrives_at(place_at(at, toward, shape))) near = at;\n"
     "else far = at;\n"
     "}\n"
+    ,
     "return near;\n"
     "}\n"
     "float g_lamp;\n"
@@ -10516,12 +10625,12 @@ static const char *const lflare__glsl_traced_vert[] = {
     "}\n"
     "void main()\n"
     "{\n"
-    ,
     "int ghost = int(a_instance.x) * GHOST, light = int(a_instance.y) * 4, patch_index = int(a_instance.z);\n"
-    "vec4 style0 = ghosts(ghost + 1), style1 = ghosts(ghost + 2), l0 = u_lights[light], l1 = u_lights[light + 1], l2 = u_lights[light + 2];\n"
+    "vec4 style0 = ghosts(ghost + 1), style1 = ghosts(ghost + 2), style2 = ghosts(ghost + 3), l0 = u_lights[light], l1 = u_lights[light + 1], l2 = u_lights[light + 2];\n"
+    "if (style2.z > 0.0) style0.rgb *= ramp(ghost + 4, int(style2.z) - 1, l1.y);\n"
     "vec2 slope = l0.xy, axis = l0.zw;\n"
     "vec3 irradiance = l2.yzw * u_strip.y * (1.0 - float(a_instance.w >> 10) / 63.0);\n"
-    "int place = int(u_lights[light + 3].x), first = int(a_instance.w & 15u), outline = ghost + 3 + OUTLINE;\n"
+    "int place = int(u_lights[light + 3].x), first = int(a_instance.w & 15u), outline = ghost + 1 + STYLE + OUTLINE;\n"
     "gl_Position = vec4(2.0, 2.0, 0.0, 1.0);\n"
     "v_irradiance = v_flux = vec3(0.0);\n"
     "v_entrance = vec2(0.0);\n"
@@ -10538,7 +10647,7 @@ static const char *const lflare__glsl_traced_vert[] = {
     "else directions = 16;\n"
     "bool split_mesh = (code & 128) != 0, ragged = (code & 256) != 0;\n"
     "int sectors = directions / 4, blocks = rings / 4, mesh = split_mesh ? patch_index / (sectors * blocks) : 1, block = patch_index / sectors % blocks;\n"
-    "if (split_mesh) outline = ghost + 3 + mesh * OUTLINE;\n"
+    "if (split_mesh) outline = ghost + 1 + STYLE + mesh * OUTLINE;\n"
     "vec4 h = ghosts(outline);\n"
     "#ifdef PATCH_STRIP\n"
     "bool drawn = ragged || block == blocks - 1;\n"
@@ -10564,11 +10673,11 @@ static const char *const lflare__glsl_traced_vert[] = {
     "float even = clamp(2.0 - scale * whole.y / max(4.0 * u_lens.x, scale * least), 0.0, 1.0);\n"
     "float size2 = scale * max(whole.y, least);\n"
     "size2 *= size2;\n"
+    ,
     "float wash = PIXEL_VARIANCE * u_lens.x * u_lens.x + 0.25 * g_lamp * g_lamp * whole.x * whole.x, wash5 = max(5.0 * wash, 1e-30);\n"
     "float q = sqrt(size2 / wash5), far = 2.0 * wash5 * (0.05 + q * (0.1875 + q * (0.25 + q * (0.125 - 0.0125 * q * q))));\n"
     "irradiance *= size2 / (wash5 <= size2 ? size2 + wash : far);\n"
     "int row = gl_VertexID / DIRECTIONS, direction = patch_index % sectors * (DIRECTIONS - 1) + gl_VertexID % DIRECTIONS;\n"
-    ,
     "float side = direction > directions ? -1.0 : 1.0, turn = float(direction);\n"
     "if (direction > directions) direction = 2 * directions - direction;\n"
     "float beside_at = float(direction) * float(SIDES - 1) / float(directions);\n"
@@ -10612,12 +10721,12 @@ static const char *const lflare__glsl_traced_vert[] = {
     "float curved = more.x + more.y + more.z + more.w;\n"
     "vec4 middle = 0.5 * vec4((x.y - x.x) / h2.x, (y.y - y.x) / h2.x, (x.w - x.z) / h2.y, (y.w - y.z) / h2.y);\n"
     "vec4 bent = vec4(vec2(x.x + x.y, y.x + y.y) / (h2.x * h2.x), vec2(x.z + x.w, y.z + y.w) / (h2.y * h2.y));\n"
+    ,
     "vec2 twist = vec2(own.sensor_x.w - near.sensor_x.y - x.w, own.sensor_y.w - near.sensor_y.y - y.w) / (h2.x * h2.y);\n"
     "vec2 grows = vec2(bent.x * middle.w + middle.x * twist.y - bent.y * middle.z - middle.y * twist.x,\n"
     "twist.x * middle.w + middle.x * bent.w - twist.y * middle.z - middle.y * bent.z);\n"
     "vec2 radial = shape.yz * toward * beside.x / float(rings), around = shape.yz * vec2(-toward.y, toward.x) * (PI / float(directions) * at);\n"
     "float shrink = whole_ray ? middle.x * middle.w - middle.y * middle.z : 0.0;\n"
-    ,
     "float spread = whole_ray ? max(max(abs(dot(grows, radial)), abs(dot(grows, around))), 1e-20) : 1e30;\n"
     "float flat_share = max(even, clamp(2.0 - abs(shrink) / spread, 0.0, 1.0)), chord = length(around);\n"
     "if (!split_mesh) weight.rb *= brighter.xy;\n"
@@ -10646,7 +10755,8 @@ static const char *const lflare__glsl_traced_vert[] = {
     "v_bulge = vec4(turn, 4.0 * clamp(0.125 * chord * chord * curved, 0.0, 0.05), vec2(fringe(shrink, whole.x, scale), fringe(shrink, beside.w, scale)) / u_lens.x);\n"
     "#endif\n"
     "vec2 position = vec2(local.x * axis.x - local.y * axis.y, local.x * axis.y + local.y * axis.x);\n"
-    "position += u_lens.y * (style1.x * slope + style1.y * vec2(-slope.y, slope.x));\n"
+    ,
+    "position += u_lens.y * (style1.x * slope + style1.y * vec2(-slope.y, slope.x)) + style2.xy;\n"
     "gl_Position = vec4(-(position - u_half.zw) / u_half.xy, 0.0, 1.0);\n"
     "}\n"
     , NULL};

@@ -7,7 +7,7 @@ uniform highp usampler2D u_visibility;
 invariant gl_Position; /* both programs put shared vertices on the same pixels */
 in uvec4 a_instance; /* ghost, light, patch, band */
 
-const int KNOT_TEXELS = 2, DIRECTIONS = 9, RINGS = 5, BANDS = 3, HEADS_ROW = 1024, MESH_ROW = 2048;
+const int KNOT_TEXELS = 2, DIRECTIONS = 9, RINGS = 5, BANDS = 3, HEAD = 13, HEADS_ROW = 1024, MESH_ROW = 2048;
 const float PIXEL_VARIANCE = 0.715 * 0.715 / 5.0;
 
 centroid out vec3 v_irradiance, v_flux; /* see patch.frag.glsl */
@@ -21,6 +21,18 @@ out vec4 v_bulge;
 
 vec4 head(int i) { return texelFetch(u_mesh_heads, ivec2(i % HEADS_ROW, i / HEADS_ROW), 0); }
 vec4 mesh(int i) { return texelFetch(u_mesh_table, ivec2(i % MESH_ROW, i / MESH_ROW), 0); }
+
+/* lflare__style_tint: what a ramp of `left` + 1 stops, the first at texel `at`, does to the tint at a field angle */
+vec3 ramp(int at, int left, float angle)
+{
+    vec4 a = head(at), b = left > 0 ? head(at + 1) : a;
+    for (; left > 1 && angle > b.w; left--) {
+        at++;
+        a = b;
+        b = head(at + 1);
+    }
+    return mix(a.rgb, b.rgb, left > 0 ? clamp((angle - a.w) / (b.w - a.w), 0.0, 1.0) : 0.0);
+}
 
 int g_knot, g_size;         /* texel of the first of four knots; texels from one to the next */
 int g_between;              /* which of them comes before the light */
@@ -64,9 +76,10 @@ float fringe(float shrink, float lamp, float scale)
 
 void main()
 {
-    int ghost = int(a_instance.x) * 4, light = int(a_instance.y) * 4, patch_index = int(a_instance.z);
-    vec4 h0 = head(ghost), h1 = head(ghost + 1), style0 = head(ghost + 2), style1 = head(ghost + 3);
+    int ghost = int(a_instance.x) * HEAD, light = int(a_instance.y) * 4, patch_index = int(a_instance.z);
+    vec4 h0 = head(ghost), h1 = head(ghost + 1), style0 = head(ghost + 2), style1 = head(ghost + 3), style2 = head(ghost + 4);
     vec4 l0 = u_lights[light], l1 = u_lights[light + 1], l2 = u_lights[light + 2];
+    if (style2.z > 0.0) style0.rgb *= ramp(ghost + 5, int(style2.z) - 1, l1.y);
     vec2 slope = l0.xy, axis = l0.zw;
     vec3 irradiance = l2.yzw * u_strip.y * (1.0 - float(a_instance.w >> 10) / 63.0); /* see lflare_instance */
     int place = int(u_lights[light + 3].x);
@@ -188,6 +201,6 @@ void main()
     v_bulge = vec4(turn, 4.0 * bulge, vec2(fringe(real_shrink, whole.y, scale), fringe(real_shrink, split_mesh ? t1.w : t4.z, scale)) / u_lens.x);
 #endif
     vec2 position = vec2(local.x * axis.x - local.y * axis.y, local.x * axis.y + local.y * axis.x);
-    position += u_lens.y * (style1.x * slope + style1.y * vec2(-slope.y, slope.x));
+    position += u_lens.y * (style1.x * slope + style1.y * vec2(-slope.y, slope.x)) + style2.xy;
     gl_Position = vec4(-(position - u_half.zw) / u_half.xy, 0.0, 1.0);
 }

@@ -7,7 +7,7 @@ uniform highp usampler2D u_visibility;
 invariant gl_Position; /* both programs put shared vertices on the same pixels */
 in uvec4 a_instance; /* ghost, light, patch, band: see lflare_instance */
 
-const int DIRECTIONS = 9, RINGS = 5, BANDS = 3, ROW = 1024, SURFACE = 131, GHOST = 798, OUTLINE = 265, KNOTS = 12, KNOT = 22, SIDES = 17;
+const int DIRECTIONS = 9, RINGS = 5, BANDS = 3, ROW = 1024, SURFACE = 131, STYLE = 11, GHOST = 796 + STYLE, OUTLINE = 265, KNOTS = 12, KNOT = 22, SIDES = 17;
 const float PIXEL_VARIANCE = 0.715 * 0.715 / 5.0, PI = 3.14159265;
 
 centroid out vec3 v_irradiance, v_flux; /* see patch.frag.glsl */
@@ -21,6 +21,18 @@ out vec4 v_bulge;
 
 vec4 lens(int i) { return texelFetch(u_traced_lens, ivec2(i % ROW, i / ROW), 0); }
 vec4 ghosts(int i) { return texelFetch(u_traced_ghosts, ivec2(i % ROW, i / ROW), 0); }
+
+/* lflare__style_tint: what a ramp of `left` + 1 stops, the first at texel `at`, does to the tint at a field angle */
+vec3 ramp(int at, int left, float angle)
+{
+    vec4 a = ghosts(at), b = left > 0 ? ghosts(at + 1) : a;
+    for (; left > 1 && angle > b.w; left--) {
+        at++;
+        a = b;
+        b = ghosts(at + 1);
+    }
+    return mix(a.rgb, b.rgb, left > 0 ? clamp((angle - a.w) / (b.w - a.w), 0.0, 1.0) : 0.0);
+}
 
 int g_steps, g_count;
 float g_sensor, g_slope;
@@ -211,10 +223,11 @@ float fringe(float shrink, float lamp, float scale)
 void main()
 {
     int ghost = int(a_instance.x) * GHOST, light = int(a_instance.y) * 4, patch_index = int(a_instance.z);
-    vec4 style0 = ghosts(ghost + 1), style1 = ghosts(ghost + 2), l0 = u_lights[light], l1 = u_lights[light + 1], l2 = u_lights[light + 2];
+    vec4 style0 = ghosts(ghost + 1), style1 = ghosts(ghost + 2), style2 = ghosts(ghost + 3), l0 = u_lights[light], l1 = u_lights[light + 1], l2 = u_lights[light + 2];
+    if (style2.z > 0.0) style0.rgb *= ramp(ghost + 4, int(style2.z) - 1, l1.y);
     vec2 slope = l0.xy, axis = l0.zw;
     vec3 irradiance = l2.yzw * u_strip.y * (1.0 - float(a_instance.w >> 10) / 63.0); /* see lflare_instance */
-    int place = int(u_lights[light + 3].x), first = int(a_instance.w & 15u), outline = ghost + 3 + OUTLINE;
+    int place = int(u_lights[light + 3].x), first = int(a_instance.w & 15u), outline = ghost + 1 + STYLE + OUTLINE;
     gl_Position = vec4(2.0, 2.0, 0.0, 1.0);
     v_irradiance = v_flux = vec3(0.0);
     v_entrance = vec2(0.0);
@@ -231,7 +244,7 @@ void main()
         else directions = 16;
     bool split_mesh = (code & 128) != 0, ragged = (code & 256) != 0;
     int sectors = directions / 4, blocks = rings / 4, mesh = split_mesh ? patch_index / (sectors * blocks) : 1, block = patch_index / sectors % blocks;
-    if (split_mesh) outline = ghost + 3 + mesh * OUTLINE;
+    if (split_mesh) outline = ghost + 1 + STYLE + mesh * OUTLINE;
     vec4 h = ghosts(outline);
 #ifdef PATCH_STRIP
     bool drawn = ragged || block == blocks - 1;
@@ -345,6 +358,6 @@ void main()
     v_bulge = vec4(turn, 4.0 * clamp(0.125 * chord * chord * curved, 0.0, 0.05), vec2(fringe(shrink, whole.x, scale), fringe(shrink, beside.w, scale)) / u_lens.x);
 #endif
     vec2 position = vec2(local.x * axis.x - local.y * axis.y, local.x * axis.y + local.y * axis.x);
-    position += u_lens.y * (style1.x * slope + style1.y * vec2(-slope.y, slope.x));
+    position += u_lens.y * (style1.x * slope + style1.y * vec2(-slope.y, slope.x)) + style2.xy;
     gl_Position = vec4(-(position - u_half.zw) / u_half.xy, 0.0, 1.0);
 }

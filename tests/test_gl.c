@@ -509,6 +509,59 @@ static void budgets_are_kept(void **state)
     gl_host_close(&context);
 }
 
+/* What styles and budgets add to a ghost, each model: ramps of colours, elements off the axis, ghosts that fade and meshes that give up density. */
+static void styles_equal_software(void **state)
+{
+    lflare_gl_desc desc = describe();
+    lflare_gl *gl;
+    GLuint many, colors;
+    int model, i, off;
+    (void)state;
+    if (!open_target(0)) skip();
+    many = open_samples(&colors);
+    gl = create(&desc);
+    for (model = LFLARE_MODEL_PARAXIAL; model <= LFLARE_MODEL_TRACED; model++) {
+        static const lflare_stop ramp[3] = {{{2, 1, 0}, 0.02f}, {{0, 1, 1}, 0.1f}, {{1, 0.2f, 3}, 0.2f}};
+        lflare *plain = open_lens("lenses/heliar-tronnier.lens", 0, 0), *flare;
+        const lflare_tables *t = lflare_get_tables(plain);
+        lflare_override overrides[2];
+        lflare_settings settings;
+        void *fit = NULL;
+        size_t size = 0;
+        double found;
+        if (model == LFLARE_MODEL_POLYNOMIAL) assert_int_equal(lflare_aberration_fit(lflare_get_lens(plain), NULL, &fit, &size, NULL), LFLARE_OK);
+        flare = open_lens_with("lenses/heliar-tronnier.lens", 0, 0, fit, size);
+        memset(&settings, 0, sizeof settings);
+        memset(overrides, 0, sizeof overrides);
+        for (i = 0; i < 2; i++) {
+            overrides[i].first = t->pairs[3 + i].first + 1;
+            overrides[i].second = t->pairs[3 + i].second + 1;
+            overrides[i].ramp_count = 3 - 2 * i;
+            memcpy(overrides[i].ramp, ramp, sizeof ramp);
+        }
+        settings.overrides = overrides;
+        settings.override_count = 2;
+        settings.model = (lflare_model)model;
+        settings.no_starburst = settings.no_ringing = 1;
+        settings.fnumber = 8;
+        settings.imperfection = 0.02f;
+        settings.imperfection_seed = 7;
+        settings.vertex_budget = model == LFLARE_MODEL_PARAXIAL ? 1000 : model == LFLARE_MODEL_TRACED ? 9000 : 20000;
+        settings.pixel_budget = 9000000;
+        assert_int_equal(lflare_configure(flare, &settings, NULL), LFLARE_OK);
+        found = draw_both(gl, flare, 5.45f, 0.002f, model == LFLARE_MODEL_PARAXIAL ? 0 : many, &off);
+        print_message("ramps, imperfections and budgets, model %d: %.1f dB\n", model, found);
+        assert_true(found >= 45);
+        lflare_destroy(flare);
+        lflare_destroy(plain);
+        free(fit);
+    }
+    glDeleteFramebuffers(1, &many);
+    glDeleteRenderbuffers(1, &colors);
+    lflare_gl_destroy(gl);
+    gl_host_close(&context);
+}
+
 /* What changes from one picture to the next, as a share of the light. */
 static double change(const float *a, const float *b)
 {
@@ -1644,6 +1697,7 @@ int main(void)
         cmocka_unit_test(traced_equals_software_es),
         cmocka_unit_test(meshes_equal_software_es),
         cmocka_unit_test(budgets_are_kept),
+        cmocka_unit_test(styles_equal_software),
         cmocka_unit_test(everything_gl),
         cmocka_unit_test(everything_es),
         cmocka_unit_test(meshes_move_smoothly),
