@@ -188,6 +188,7 @@
        lens      surface   surface: vertex, curvature, rim, conic and aspheric terms                             48 bytes
        settings  field     ghost:  LFLARE_FIELD_SAMPLES x 2 x (W_r W_g W_b centroid)(radius turn0 turn2 binding) 2048 bytes
        settings  style     ghost:  (tint rgb, scale)(move along, move across, field angle where hidden, 1/that)
+                           (shift x, y, mm; stops of its ramp, 0), 8 x (rgb, field angle)                 176 bytes
        settings  cull      active ghosts, strongest first: bounds, for the CPU's loop                       28 bytes
        settings  mesh_head ghost: (first texel, directions, rings, diffraction)(hidden angle, bits, meshes, texels a knot)
        settings  mesh      ghost: 12 or 23 angles x 2 texels of the whole, then 5 a vertex, or 3 channels x 3    80 KB to 1.9 MB
@@ -202,6 +203,20 @@
 
    What comes next fits without moving these walls. More than three wavelengths: `band` counts triples of wavelengths and rows repeat per
    band.
+
+   BUDGETS
+
+   lflare_settings.vertex_budget and pixel_budget hold for a frame: what lflare_gl_draw runs for its ghosts (undistorted 52 vertices, else 72 a
+   patch; fragments of one sample, insides and rims; starbursts and streaks are not counted, lflare_gl_draw_half shades a quarter). Fragments are
+   estimated from each ghost's area within the frame: all together within 5 % wide open, up to 12 % where lamps or fringes widen meshes that fold.
+   Each light has a share in proportion to its brightness, and what it does not need goes to the others. Within it ghosts come strongest first;
+   traced ones give up density (half the rings, then half the directions) before the weakest are left out, but for a tenth of what is left of the budget;
+   one that does not fit is left out, and smaller ones after it may still be drawn. So a budget is used but for less than the smallest ghost left out.
+   Nothing pops where areas change as lights move: a ghost that gets near the limit fades out over a twentieth of the budget, and those that take
+   the place of one left out fade in as it gets farther from fitting. Numbers of vertices do change in steps, where a ghost comes into the frame and where
+   a light crosses one of a traced ghost's field angles: there the weakest ghosts, or the density of one, may change at once. ghost_budget and
+   min_flux count ghosts and so choose, too, at once when a stronger ghost leaves the frame. Cost a ghost and light: vertices 15 to 25 ns more, pixels 250 to 400. Ignored
+   where LFLARE_NO_SOFTWARE, _GL, _ABERRATION and _TRACE leave nobody to draw.
 
    LIMITS
 
@@ -268,7 +283,8 @@ enum {
     LFLARE_HEAD_FLOATS = 16,
     LFLARE_RIM_FLOATS = 12,    /* of one rim: 3 x (A B h surface) */
     LFLARE_FIELD_FLOATS = 8,   /* of one sample */
-    LFLARE_STYLE_FLOATS = 8,
+    LFLARE_RAMP_STOPS = 8,
+    LFLARE_STYLE_FLOATS = 12 + 4 * LFLARE_RAMP_STOPS,
     LFLARE_MESH_HEAD_FLOATS = 8,
     LFLARE_SURFACE_FLOATS = 12,
     LFLARE_OUTLINE_KNOTS = 12,   /* field angles at which traced ghosts' outlines are kept; */
@@ -767,6 +783,11 @@ typedef enum lflare_model {
                                 Not with LFLARE_NO_TRACE */
 } lflare_model;
 
+/* A stop of a ghost's ramp of colours: what multiplies its tint when the light is at that field angle. */
+typedef struct lflare_stop {
+    float rgb[3], angle; /* negative counts as 0; radians from the axis */
+} lflare_stop;
+
 /* Changes one ghost, by its surfaces counted from 1 as in tables and patents. */
 typedef struct lflare_override {
     int32_t first, second;
@@ -776,6 +797,9 @@ typedef struct lflare_override {
     float scale;    /* size about its own centroid, irradiance kept; 0 = 1 */
     float move[2];  /* along the line from the picture's centre to the light, and to the left of it, as a fraction of the
                        distance of the light's own image */
+    int32_t ramp_count; /* stops in use, angles rising; between two of them linear, before the first and after the last as they are. Of several overrides
+                           of one ghost the last one with a ramp holds */
+    lflare_stop ramp[LFLARE_RAMP_STOPS];
     int32_t third, fourth; /* of four reflections; 0 0 = there are two */
 } lflare_override;
 
@@ -802,6 +826,11 @@ typedef struct lflare_settings {
     int32_t wavelengths;       /* of meshes and traced ghosts: 4 to LFLARE_MAX_WAVELENGTHS from 400 to 700 nm, blended into each other; 0 or 3: those three at
                                   which channels are. Ghosts that are split by wavelength are drawn as many times.
                                   Not with LFLARE_NO_TRACE */
+    int32_t vertex_budget;     /* most vertices and pixels (fragments) of a frame's ghosts, as lflare_gl_draw runs them: see BUDGETS; 0 = no limit */
+    int32_t pixel_budget;
+    float imperfection;        /* elements stand off the axis by up to so much of their clear radius: 0.001 a good lens, 0.01 a bad one; 0 = perfect,
+                                  at most 0.1. Each of its ghosts moves off the mirror line by a constant on the sensor, on the axis too (see lflare__shift) */
+    uint32_t imperfection_seed;/* the same one, the same lens */
     int32_t paper_clipping;    /* 1: only front rim and iris clip, as in Lee & Eisemann 2013 */
     float iris_softness;       /* edges of the iris fade over so much on either side, in its radii: 0 to 0.5 */
     lflare_mask_desc mask;     /* what stands in the iris besides; its image is read until configure is complete */
@@ -896,7 +925,7 @@ typedef struct lflare_tables {
     float *films;           /* [surface_count * LFLARE_FILM_SAMPLES * (LFLARE_MAX_WAVELENGTHS + 1)]: as `film`, at these; likewise */
     float *rank;            /* [ghost_count * 2]: peak flux; mean irradiance over the frame at the exposure's reference */
     lflare_cull *cull;      /* [ghost_count], the first active_count in use, strongest first */
-    int32_t active_count, ghost_budget;
+    int32_t active_count, ghost_budget, vertex_budget, pixel_budget;
     lflare_model model;     /* in force, not LFLARE_MODEL_AUTO */
     int32_t fringes;        /* 1: edges have them */
     float exposure;         /* gain on the lights' colour */
@@ -955,7 +984,8 @@ typedef struct lflare_frame_light {
 } lflare_frame_light;
 
 typedef struct lflare_instance {
-    uint16_t ghost, light, patch, band;
+    uint16_t ghost, light, patch, band; /* band, bits 0-3: of traced ghosts, the knot before the light's field angle; 8-9: levels of density given
+                                           up; 10-15, of all: intensity given up, in 63rds (see BUDGETS) */
 } lflare_instance;
 
 /* What one frame draws. The arrays are the caller's (the object's, if there is one). */
@@ -973,7 +1003,7 @@ typedef struct lflare_frame_data {
 
 /* Lights in front of the camera become frame lights, their visible ghosts instances, light by light. Fills *frame but for
    the arrays and capacities, which the caller sets: as many lights as given, and lights * active_count instances are always
-   enough. Allocates nothing; 5 ns a ghost and light. */
+   enough. Allocates nothing; 5 ns a ghost and light, with budgets of vertices or pixels more: see BUDGETS. */
 LFLARE_API lflare_result lflare_frame_build(const lflare_tables *tables, const lflare_view *view, const lflare_light *lights, int32_t light_count,
                                             lflare_frame_data *frame);
 
@@ -1223,6 +1253,13 @@ LFLARE_API int32_t lflare_version(void);
 #define LFLARE__PATCHES /* ghosts as patches of triangles */
 #endif
 
+/* Small functions of many callers where speed does not matter: inlined they would be a tenth of the smallest build. */
+#if defined(__GNUC__)
+#define LFLARE__APART __attribute__((noinline))
+#else
+#define LFLARE__APART
+#endif
+
 static double lflare__min(double a, double b) { return a < b ? a : b; }
 static double lflare__max(double a, double b) { return a > b ? a : b; }
 static double lflare__clamp(double x, double lo, double hi) { return lflare__min(lflare__max(x, lo), hi); }
@@ -1339,7 +1376,7 @@ LFLARE_API int32_t lflare_number_read(const char *text, size_t size, double *out
     return 1;
 }
 
-static int32_t lflare__put_unsigned(uint64_t v, char *out)
+LFLARE__APART static int32_t lflare__put_unsigned(uint64_t v, char *out)
 {
     char digits[20];
     int32_t n = 0, i;
@@ -1518,7 +1555,7 @@ static const char *lflare__quote(const lflare__reader *r, char *out)
 }
 
 /* Message about the last word: `format` has one %s for it, or none. */
-static int lflare__bad(lflare__reader *r, const char *format)
+LFLARE__APART static int lflare__bad(lflare__reader *r, const char *format)
 {
     char quoted[32];
     if (r->failed == LFLARE_OK)
@@ -1721,7 +1758,7 @@ static int lflare__read_option(lflare__reader *r, lflare_prescription *p, lflare
     return lflare__bad(r, "unknown word '%s' (options are air, n, nd, sellmeier, cauchy, glass, semi, conic, asphere and coating)");
 }
 
-static int lflare__read_row(lflare__reader *r, lflare_prescription *p)
+LFLARE__APART static int lflare__read_row(lflare__reader *r, lflare_prescription *p)
 {
     lflare_surface *s;
     uint32_t seen = 0;
@@ -1843,7 +1880,7 @@ static void lflare__put_bytes(lflare__writer *w, const char *bytes, size_t n)
         if (w->size < w->room) w->at[w->size] = bytes[i];
 }
 
-static void lflare__put(lflare__writer *w, const char *text) { lflare__put_bytes(w, text, strlen(text)); }
+LFLARE__APART static void lflare__put(lflare__writer *w, const char *text) { lflare__put_bytes(w, text, strlen(text)); }
 
 static void lflare__put_number(lflare__writer *w, const char *before, double v)
 {
@@ -2191,7 +2228,7 @@ LFLARE_API double lflare_sag(const lflare_surface *s, double r)
     return z;
 }
 
-static void lflare__note(lflare_lens *lens, lflare_note_kind kind, int32_t surface, double value, double stated)
+LFLARE__APART static void lflare__note(lflare_lens *lens, lflare_note_kind kind, int32_t surface, double value, double stated)
 {
     lflare_note *note;
     if (lens->note_count == LFLARE_MAX_NOTES) return;
@@ -2810,7 +2847,7 @@ typedef struct lflare__stack {
 } lflare__stack;
 
 /* One more layer behind: cosine and sine (hyperbolic if evanescent, `sign` then -1) of its phase, admittance y. */
-static void lflare__stack_add(lflare__stack *m, double cosine, double sine, double y, double sign)
+LFLARE__APART static void lflare__stack_add(lflare__stack *m, double cosine, double sine, double y, double sign)
 {
     double b = sine / y, c = sign * sine * y, na = m->a * cosine - m->b * c, nc = m->c * cosine + m->d * c;
     m->b = m->a * b + m->b * cosine;
@@ -6397,7 +6434,7 @@ static void lflare__mesh_bulges(const lflare__mesher *m, const lflare__mesh_grid
 }
 
 /* What a knot says of its mesh as a whole: radius on the sensor (of a disc of the triangles' area), blur of the iris, radius on the
-   entrance, the centre's x there; middle and radius of its bounds on the sensor, magnification from its ends, 0. */
+   entrance, the centre's x there; middle and radius of its bounds on the sensor, magnification from its ends, half the length of the bounds along x. */
 static void lflare__mesh_whole(const lflare__mesher *m, const lflare__mesh_grid *g, float *out)
 {
     const float *first = lflare__mesh_at(g, g->rings, 0), *last = lflare__mesh_at(g, g->rings, g->directions);
@@ -6422,7 +6459,7 @@ static void lflare__mesh_whole(const lflare__mesher *m, const lflare__mesh_grid 
     out[4] = 0.5f * (far[0] + far[1]);
     out[5] = sqrtf(0.25f * (far[1] - far[0]) * (far[1] - far[0]) + up * up);
     out[6] = (first[0] - last[0]) / lflare__maxf(first[2] - last[2], 1e-12f);
-    out[7] = 0;
+    out[7] = 0.5f * (far[1] - far[0]);
 }
 
 /* Where the vertices of a knot stand: polar coordinates, and for each direction how far out it is open and where its rings are, as
@@ -6700,7 +6737,8 @@ static size_t lflare__mesh_layout(lflare_tables *t)
    field angle where hidden, radius that diffraction leaves times that of the bundle, 0, 0. Then knots: x of the centre, half axes,
    how far the ends along y are bent along x; blur of the iris, mm on the sensor per radian of the lamp's size, radius on the sensor, on the
    entrance, 1 or -1 as the ghost stands; middle and radius of its bounds on the sensor, the centre's place there, for the middle wavelength
-   the mesh up to the next knot (see lflare__mesh_code); how much brighter the outer wavelengths' maps make them than the middle one's, 0, 0; if
+   the mesh up to the next knot (see lflare__mesh_code); how much brighter the outer wavelengths' maps make them than the middle one's, half the length of the bounds along x,
+   radius on the sensor of what is drawn up to the next knot if that is ragged; if
    what is open up to the next knot is ragged, the ellipse that holds it: x of its centre, half axes, 0; and for
    each direction how far out it is open to any wavelength, in half axes, where that is to all, as a share of it, mm on the sensor per half
    axis there, blur of what ends it. */
@@ -6716,6 +6754,12 @@ enum { LFLARE__OUTLINE_HEAD = 4, LFLARE__OUTLINE_WHOLE = 20, LFLARE__OUTLINE_KNO
 static int32_t lflare__mesh_code(int32_t level, int fine, int split, int ragged) { return (4 << level) + (fine ? 64 : 0) + (split ? 128 : 0) + (ragged ? 256 : 0); }
 static int32_t lflare__code_rings(int32_t code) { return code & 63; }
 static int32_t lflare__code_directions(int32_t code) { return code & 64 ? 32 : 16; }
+/* After giving up as many levels: rings first, whose number counts most. */
+static int32_t lflare__code_coarser(int32_t code, int32_t levels)
+{
+    for (; levels > 0; levels--) code = lflare__code_rings(code) > 4 ? (code & ~63) | lflare__code_rings(code) / 2 : code & ~64;
+    return code;
+}
 static int32_t lflare__code_patches(const lflare_tables *t, int32_t code) { return lflare__meshes(t, code & 128) * (lflare__code_directions(code) / 4) * (lflare__code_rings(code) / 4); }
 
 typedef struct lflare__outliner {
@@ -7092,6 +7136,7 @@ static void lflare__outline_knot(lflare__outliner *o, float *out)
     out[8] = (float)(0.5 * (lo + hi));
     out[9] = (float)hypot(0.5 * (hi - lo), up);
     out[10] = (float)centre[0];
+    out[14] = (float)(0.5 * (hi - lo));
     if (o->matching && ray.arrives) lflare__outline_match(o, 0, 0, &ray, &most, &least, brighter);
     out[12] = (float)brighter[0];
     out[13] = (float)brighter[2];
@@ -7182,7 +7227,7 @@ static int lflare__outline_jumps(const double *width, int32_t knot)
 /* What is open up to the next knot, if it is ragged, has its ellipse: measured like an outline. 0 if it is not. */
 static int lflare__outline_ragged(lflare__outliner *o, float hidden, lflare__outline_plan *p, int32_t knot, float *out)
 {
-    float unused[LFLARE__OUTLINE_KNOT];
+    float unused[LFLARE__OUTLINE_KNOT], radius[2];
     int32_t i;
     int32_t k;
     int ragged = p->hides[knot] || p->hides[knot + 1];
@@ -7200,6 +7245,7 @@ static int lflare__outline_ragged(lflare__outliner *o, float hidden, lflare__out
     for (i = knot; i <= knot + 1; i++) {
         o->slope = lflare__outline_slope(i, hidden);
         lflare__outline_knot(o, unused);
+        radius[i - knot] = unused[5];
         p->apart[i] = lflare__max(p->apart[i], o->apart);
         p->curved[i] = lflare__max(p->curved[i], o->curved);
         p->bulged[i] = lflare__max(p->bulged[i], o->bulged);
@@ -7209,6 +7255,7 @@ static int lflare__outline_ragged(lflare__outliner *o, float hidden, lflare__out
     out[16] = (float)o->middle;
     out[17] = (float)o->half[0];
     out[18] = (float)o->half[1];
+    out[15] = 0.5f * (radius[0] + radius[1]);
     return 1;
 }
 
@@ -7433,6 +7480,7 @@ static void lflare__outline_cull(lflare_tables *t, int32_t g)
         if (knot[1] > 0) cull->radius = lflare__maxf(cull->radius, 1.2f * knot[9] + fabsf(knot[8] - along * tanf(lflare__knot_angle(i % LFLARE_OUTLINE_KNOTS, hidden, LFLARE_OUTLINE_KNOTS))));
     }
     if (style[3] != 1) cull->radius *= 1 + 2 * style[3];
+    cull->radius += fabsf(style[8]) + fabsf(style[9]); /* wherever the light is */
     cull->along = along + style[4] * t->efl;
     cull->reach = 3 * reach * lflare__maxf(style[3], 1);
     cull->hidden_slope = tanf(hidden);
@@ -7799,8 +7847,8 @@ LFLARE_API lflare_result lflare_tables_configure_begin(const lflare_lens *lens, 
     if (!lflare__finite(s->fnumber) || s->fnumber < 0 || s->fnumber > 1e6)
         return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "f-number %g: give a positive number, or 0 for the lens's own", s->fnumber);
     if (s->override_count < 0 || (s->override_count > 0 && s->overrides == NULL)) return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "no overrides given");
-    if (!(fabsf(s->exposure_ev) <= 60) || !(s->min_flux >= 0 && s->min_flux <= 1) || s->ghost_budget < 0)
-        return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "exposure_ev is -60 to 60, min_flux 0 to 1, ghost_budget 0 or more");
+    if (!(fabsf(s->exposure_ev) <= 60) || !(s->min_flux >= 0 && s->min_flux <= 1) || !(s->imperfection >= 0 && s->imperfection <= 0.1f) || s->ghost_budget < 0 || s->vertex_budget < 0 || s->pixel_budget < 0)
+        return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "exposure_ev is -60 to 60, min_flux 0 to 1, imperfection 0 to 0.1, budgets are 0 or more");
     for (i = 0; i < s->override_count; i++) {
         const lflare_override *o = &s->overrides[i];
         for (k = 0; k < t->ghost_count && !lflare__overrides(o, t->pairs[k]); k++) {}
@@ -7809,6 +7857,11 @@ LFLARE_API lflare_result lflare_tables_configure_begin(const lflare_lens *lens, 
                                 i, o->first, o->second, o->third, o->fourth);
         if (!lflare__finite3(o->tint) || !(fabsf(o->ev) <= 60) || !(o->scale >= 0 && o->scale <= 1000) || !(fabsf(o->move[0]) <= 1000) || !(fabsf(o->move[1]) <= 1000))
             return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "override %i of ghost (%i,%i): a number is out of range", i, o->first, o->second);
+        if (o->ramp_count < 0 || o->ramp_count > LFLARE_RAMP_STOPS)
+            return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "override %i of ghost (%i,%i): a ramp has up to 8 stops", i, o->first, o->second);
+        for (k = 0; k < o->ramp_count; k++)
+            if (!lflare__finite3(o->ramp[k].rgb) || !(fabsf(o->ramp[k].angle) <= 2) || (k > 0 && !(o->ramp[k].angle > o->ramp[k - 1].angle)))
+                return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "override %i of ghost (%i,%i): stops are numbers, their angles rise", i, o->first, o->second);
     }
     if ((int)s->model < 0 || s->model > LFLARE_MODEL_TRACED || (s->model == LFLARE_MODEL_TRACED ? t->outline : s->model == LFLARE_MODEL_POLYNOMIAL ? t->mesh : t->field) == NULL)
         return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "the polynomial model needs a fit, the traced one its room");
@@ -7837,17 +7890,64 @@ LFLARE_API lflare_result lflare_tables_configure_begin(const lflare_lens *lens, 
 #endif
     t->fnumber = (float)fnumber;
     t->ghost_budget = s->ghost_budget;
+    t->vertex_budget = s->vertex_budget;
+    t->pixel_budget = s->pixel_budget;
     return LFLARE_OK;
 }
 
-static void lflare__style_ghost(lflare_tables *t, int32_t g, const lflare_settings *s, double hidden_slope)
+/* -1 to 1, from a seed and two numbers: two rounds of a mixer of 32 bits. */
+static float lflare__noise(uint32_t seed, int32_t a, int32_t b)
+{
+    uint32_t x = seed * 2654435761u + (uint32_t)a * 2246822519u + (uint32_t)b * 3266489917u + 374761393u;
+    int32_t i;
+    for (i = 0; i < 2; i++) {
+        x = (x ^ x >> 15) * 2246822519u;
+        x = (x ^ x >> 13) * 3266489917u;
+    }
+    return (float)(x >> 8) / 8388608.0f - 1;
+}
+
+/* How far elements that stand off the axis move a ghost, mm on the sensor. A surface shifted by d bends every ray by -C d more than a centred one,
+   C being its power (P 2), which the rest of the path, M of P 2 after it, turns into a move by its B: the same for all rays and field angles to first
+   order. (The part that grows with the slope is of third order, and left out.) Surfaces with glass or cement between them move together. */
+static void lflare__shift(const lflare_lens *lens, const lflare_tables *t, int32_t g, const lflare_settings *s, const double *n, float *out)
+{
+    const float *head = t->head + (size_t)g * LFLARE_HEAD_FLOATS;
+    lflare__walk walk;
+    lflare_crossing x;
+    int32_t i, element;
+    lflare__walk_start(&walk, lens, n, t->pairs[g]);
+    while (lflare__walk_next(&walk, &x)) {
+        double c = x.backwards ? -lens->curvature[x.surface] : lens->curvature[x.surface], after = (double)head[7] * x.a - (double)head[6] * x.b;
+        double moved = x.reflected ? -2 * c * x.n_in * after : -c * (x.n_in - x.n_out) * after;
+        for (element = x.surface; element > 0 && n[element] > 1.001; element--) {}
+        for (i = 0; i < 2; i++)
+            out[i] += (float)moved * s->imperfection * (float)lens->prescription.surfaces[element].semi_diameter * lflare__noise(s->imperfection_seed, element, i);
+    }
+}
+
+/* The tint of a style at a field angle. */
+LFLARE__APART static void lflare__style_tint(const float *style, float angle, float *out)
+{
+    const float *a = style + 12;
+    int32_t k, left = (int32_t)style[10] - 1;
+    for (k = 0; k < 3; k++) out[k] = style[k];
+    if (left < 0) return;
+    while (left > 1 && angle > a[7]) {
+        a += 4;
+        left--;
+    }
+    for (k = 0; k < 3; k++) out[k] *= left > 0 ? a[k] + lflare__minf(lflare__maxf((angle - a[3]) / (a[7] - a[3]), 0), 1) * (a[k + 4] - a[k]) : a[k];
+}
+
+static void lflare__style_ghost(const lflare_lens *lens, lflare_tables *t, int32_t g, const lflare_settings *s, const double *n, double hidden_slope)
 {
     float *style = t->style + (size_t)g * LFLARE_STYLE_FLOATS;
     float angle = (float)atan(hidden_slope);
     int32_t i, k;
-    for (k = 0; k < 3; k++) style[k] = 1;
-    style[3] = 1;
-    style[4] = style[5] = 0;
+    memset(style, 0, sizeof(float) * LFLARE_STYLE_FLOATS);
+    for (k = 0; k < 4; k++) style[k] = 1;
+    if (s->imperfection > 0) lflare__shift(lens, t, g, s, n, style + 8);
     style[6] = angle;
     style[7] = 1 / angle;
     for (i = 0; i < s->override_count; i++) {
@@ -7858,6 +7958,11 @@ static void lflare__style_ghost(lflare_tables *t, int32_t g, const lflare_settin
         if (o->scale > 0) style[3] *= o->scale;
         style[4] += o->move[0];
         style[5] += o->move[1];
+        if (o->ramp_count == 0) continue;
+        style[10] = (float)o->ramp_count;
+        memcpy(style + 12, o->ramp, sizeof o->ramp);
+        for (k = 0; k < 4 * LFLARE_RAMP_STOPS; k++)
+            if (k % 4 < 3) style[12 + k] = lflare__maxf(style[12 + k], 0);
     }
 }
 
@@ -7880,6 +7985,7 @@ static void lflare__cull_ghost(lflare_tables *t, int32_t g, double hidden_slope)
     for (k = 0; k < LFLARE_WAVELENGTHS; k++)
         cull->radius = lflare__maxf(cull->radius, (float)(radius[k] + fabs(centre[k] - centre[1]) * hidden_slope));
     if (style[3] != 1) cull->radius *= 1 + 2 * style[3];
+    cull->radius += fabsf(style[8]) + fabsf(style[9]); /* wherever the light is */
     cull->along = (float)centre[1] + style[4] * t->efl;
     cull->across = style[5] * t->efl;
     cull->reach = (float)(3 * reach) * lflare__maxf(style[3], 1);
@@ -7916,6 +8022,7 @@ static void lflare__mesh_cull(lflare_tables *t, int32_t g)
         cull->radius = lflare__maxf(cull->radius, 1.1f * knot[5] + fabsf(knot[4] - along * tanf(lflare__knot_angle(j % knots, head[4], knots))));
     }
     if (style[3] != 1) cull->radius *= 1 + 2 * style[3];
+    cull->radius += fabsf(style[8]) + fabsf(style[9]); /* wherever the light is */
     cull->along = along + style[4] * t->efl;
     cull->reach = 3 * reach * lflare__maxf(style[3], 1);
     cull->hidden_slope = tanf(head[4]);
@@ -7951,7 +8058,7 @@ static void lflare__configure_ghost(const lflare_lens *lens, lflare_tables *t, c
         count = lflare__table_circles(t, g, k, (double)t->iris.radius, s->paper_clipping, c);
         hidden = lflare__max(hidden, lflare__hidden_slope(c, count, pair));
     }
-    lflare__style_ghost(t, g, s, hidden);
+    lflare__style_ghost(lens, t, g, s, n[1], hidden);
     count = lflare__table_circles(t, g, 1, (double)t->iris.radius, s->paper_clipping, c);
     for (j = 0; j < LFLARE_FIELD_SAMPLES; j++) { /* geometry, at the middle wavelength */
         float *sample = field + j * LFLARE_FIELD_FLOATS;
@@ -7993,8 +8100,10 @@ static void lflare__configure_ghost(const lflare_lens *lens, lflare_tables *t, c
         mean *= weight;
     }
     for (j = 0; j < LFLARE_FIELD_SAMPLES; j++) {
-        const float *sample = field + j * LFLARE_FIELD_FLOATS, *style = t->style + (size_t)g * LFLARE_STYLE_FLOATS;
-        peak = lflare__maxf(peak, (sample[0] * style[0] + sample[1] * style[1] + sample[2] * style[2]) * sample[4] * sample[4]);
+        const float *sample = field + j * LFLARE_FIELD_FLOATS;
+        float tint[3];
+        lflare__style_tint(t->style + (size_t)g * LFLARE_STYLE_FLOATS, (float)(atan(hidden) * j / (LFLARE_FIELD_SAMPLES - 1)), tint);
+        peak = lflare__maxf(peak, (sample[0] * tint[0] + sample[1] * tint[1] + sample[2] * tint[2]) * sample[4] * sample[4]);
     }
     t->rank[g * 2] = peak;
     t->rank[g * 2 + 1] = mean;
@@ -8225,11 +8334,416 @@ static int lflare__frame_light_make(const lflare_tables *t, const lflare_frame_d
     return lit > 0;
 }
 
+/* -- budgets: what ghosts cost -- */
+
+enum {
+    LFLARE__GHOST_VERTICES = 52, /* of an undistorted ghost: LFLARE__GL_RING and LFLARE__GL_INSIDE */
+    LFLARE__COARSER = 3          /* most levels of density that a mesh gives up */
+};
+
+/* What is left of an instance's intensity where a budget fades it out: see lflare_instance. */
+static float lflare__instance_share(lflare_instance instance) { return 1 - (float)(instance.band >> 10) / 63; }
+
+/* With neither renderer nor meshes there is nobody whose vertices and fragments these are. */
+#if defined(LFLARE__PATCHES) || !defined(LFLARE_NO_SOFTWARE) || !defined(LFLARE_NO_GL)
+#define LFLARE__BUDGETS
+
+/* How a budget sees a ghost, or one of its meshes: an ellipse on the sensor with one axis on the line to the light. */
+typedef struct lflare__blot {
+    float middle;  /* on that line, without the override's move, mm */
+    float half[2]; /* along it and across, mm */
+    float area;    /* of all that is drawn: a map that folds has more than the ellipse, mm^2 */
+} lflare__blot;
+
+/* Twice the signed area of the unit disc within the triangle that its centre makes with p and q. */
+static float lflare__disc_triangle(const float *p, const float *q)
+{
+    float d[2], t[2], ends[4], a, b, c, sum = 0;
+    int32_t i;
+    for (i = 0; i < 2; i++) d[i] = q[i] - p[i];
+    a = d[0] * d[0] + d[1] * d[1];
+    b = p[0] * d[0] + p[1] * d[1];
+    c = b * b - a * (p[0] * p[0] + p[1] * p[1] - 1);
+    if (!(c > 0)) return atan2f(p[0] * q[1] - p[1] * q[0], p[0] * q[0] + p[1] * q[1]);
+    t[0] = lflare__minf(lflare__maxf((-b - sqrtf(c)) / a, 0), 1);
+    t[1] = lflare__minf(lflare__maxf((-b + sqrtf(c)) / a, 0), 1);
+    for (i = 0; i < 4; i++) ends[i] = p[i % 2] + t[i / 2] * d[i % 2];
+    if (t[0] > 0) sum += atan2f(p[0] * ends[1] - p[1] * ends[0], p[0] * ends[0] + p[1] * ends[1]);
+    if (t[1] < 1) sum += atan2f(ends[2] * q[1] - ends[3] * q[0], ends[2] * q[0] + ends[3] * q[1]);
+    return sum + ends[0] * ends[3] - ends[1] * ends[2];
+}
+
+/* Pixels of it within the frame. */
+static float lflare__blot_pixels(const lflare_tables *t, const lflare_frame_data *f, const lflare_frame_light *l, const float *style, const lflare__blot *b)
+{
+    float at[2], corners[4][2], least[2], most = lflare__maxf(b->half[0], b->half[1]), area = 0;
+    int32_t i, inside = 1;
+    at[0] = b->middle * l->axis[0] + t->efl * (style[4] * l->slope[0] - style[5] * l->slope[1]) + style[8] - f->centre[0];
+    at[1] = b->middle * l->axis[1] + t->efl * (style[4] * l->slope[1] + style[5] * l->slope[0]) + style[9] - f->centre[1];
+    least[0] = f->half_width - fabsf(at[0]);
+    least[1] = f->half_height - fabsf(at[1]);
+    if (least[0] >= most && least[1] >= most) return b->area / (f->pixel * f->pixel);
+    if (least[0] <= -most || least[1] <= -most || !(b->half[0] > 0) || !(b->half[1] > 0)) return 0;
+    for (i = 0; i < 4; i++) {
+        float x = (i == 1 || i == 2 ? f->half_width : -f->half_width) - at[0], y = (i < 2 ? -f->half_height : f->half_height) - at[1];
+        corners[i][0] = (x * l->axis[0] + y * l->axis[1]) / b->half[0];
+        corners[i][1] = (y * l->axis[0] - x * l->axis[1]) / b->half[1];
+        inside &= corners[i][0] * corners[i][0] + corners[i][1] * corners[i][1] <= 1;
+    }
+    if (inside) area = 8 * f->half_width * f->half_height / (b->half[0] * b->half[1]);
+    for (i = 0; i < 4 && !inside; i++) area += lflare__disc_triangle(corners[i], corners[(i + 1) & 3]);
+    return lflare__maxf(area, 0) / (2 * (float)LFLARE__PI) * b->area / (f->pixel * f->pixel);
+}
+
+/* How far an edge reaches beyond itself, fringes included, mm: lflare__profile_make in another measure. */
+static float lflare__blot_edge(const lflare_frame_data *f, float blur, float ring)
+{
+    float soft = sqrtf(5 * (LFLARE__PIXEL_VARIANCE * f->pixel * f->pixel + 0.25f * blur * blur));
+#ifndef LFLARE_NO_DIFFRACTION
+    if (LFLARE__RING_WASHED * ring > soft) soft += LFLARE__RING_OUTER * ring;
+#endif
+    (void)ring;
+    return soft;
+}
+
+/* An undistorted ghost: discs of the footprints' area about their centroids, an ellipse around those of all wavelengths. */
+static float lflare__ghost_pixels(const lflare_tables *t, const lflare_frame_data *f, const lflare_frame_light *l, int32_t g)
+{
+    const float *style = t->style + (size_t)g * LFLARE_STYLE_FLOATS, *head = t->head + (size_t)g * LFLARE_HEAD_FLOATS;
+    const float *row = t->field + (size_t)g * LFLARE_FIELD_SAMPLES * LFLARE_FIELD_FLOATS;
+    float at = lflare__minf(l->field_angle * style[7] * (LFLARE_FIELD_SAMPLES - 1), (float)LFLARE_FIELD_SAMPLES - 1.001f), v[5], ends[2], wide = 0, bright = 0, lamp, edge, corners;
+    int by_iris = fabsf(head[4]) * t->entrance_radius > t->iris.radius; /* its image is the smaller one */
+    int32_t k;
+    lflare__blot b;
+    row += (int32_t)at * LFLARE_FIELD_FLOATS;
+    at -= (float)(int32_t)at;
+    for (k = 0; k < 5; k++) v[k] = row[k] + at * (row[k + LFLARE_FIELD_FLOATS] - row[k]);
+    v[4] = lflare__maxf(v[4], 1e-6f * t->entrance_radius);
+    ends[0] = 3e38f;
+    ends[1] = -3e38f;
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) { /* as lflare_footprint_resolve */
+        const float *m = head + k * 4;
+        float spread = 0.61e-6f * t->wavelengths[k] * m[3] / v[4], disc = l->angular_radius * m[3], middle = m[2] * v[3] + m[3] * l->slope_length;
+        float size = lflare__maxf(fabsf(m[2]) * v[4], sqrtf(f->pixel * f->pixel + spread * spread + disc * disc));
+        bright = lflare__maxf(bright, v[k] * style[k] * v[4] * v[4] / (size * size));
+        size *= style[3];
+        ends[0] = lflare__minf(ends[0], middle - size);
+        ends[1] = lflare__maxf(ends[1], middle + size);
+        wide = lflare__maxf(wide, size);
+    }
+    lamp = style[3] * (by_iris ? head[7] - head[6] * head[5] / head[4] : head[7]);
+    edge = lflare__blot_edge(f, lamp * l->angular_radius, t->fringes && bright >= LFLARE__RING_LEAST * t->mean_irradiance ? style[3] * sqrtf(0.5e-6f * t->wavelengths[1] * fabsf(head[6] * lamp)) : 0);
+    if (by_iris) edge += t->iris.softness * wide;
+    b.middle = 0.5f * (ends[0] + ends[1]);
+    corners = t->iris.blade_count > 0 && by_iris ? 1 : 1.0065f; /* 16 tangents around a disc */
+    b.half[0] = corners * (0.5f * (ends[1] - ends[0]) + edge);
+    b.half[1] = corners * (wide + edge);
+    b.area = (float)LFLARE__PI * b.half[0] * b.half[1];
+    return lflare__blot_pixels(t, f, l, style, &b);
+}
+
+#ifdef LFLARE__PATCHES
+enum { LFLARE__KNOWN_SIDES = 5 };
+
+/* What is known of a mesh as a whole, between two knots. */
+typedef struct lflare__mesh_known {
+    float middle, bounds, length; /* bounds on the sensor: middle, radius, half of their length */
+    float radius, entrance, lamp, diffraction; /* see lflare__patch_grow */
+    float beyond;                 /* how much farther than iris and rims it is drawn, a share */
+    float whole;                  /* ragged: radius of all that is drawn; else 0 */
+    float rate[LFLARE__KNOWN_SIDES], blur[LFLARE__KNOWN_SIDES]; /* in some directions: see lflare__traced_band */
+} lflare__mesh_known;
+
+/* How much larger than what iris and rims leave open the area is that edges and fringes fade over, too. */
+static float lflare__known_beyond(const lflare_tables *t, const lflare_frame_data *f, const lflare_frame_light *l, float scale, float shrink, float grown, const lflare__mesh_known *m)
+{
+    float wave = t->fringes ? 0.5e-6f * sqrtf(t->wavelengths[0] * t->wavelengths[1]) * shrink : 0, sum = 0, all = 0;
+    int32_t i;
+    for (i = 0; i < LFLARE__KNOWN_SIDES; i++) {
+        float blur = scale * lflare__maxf(m->blur[i], fabsf(m->lamp)), rate = lflare__maxf(scale * m->rate[i] + grown, 1.5f * f->pixel);
+        float side = 1 + m->beyond + t->iris.softness + 1.1f / rate * lflare__blot_edge(f, blur * l->angular_radius, sqrtf(scale * wave * blur));
+        sum += rate * rate * side * side;
+        all += rate * rate;
+    }
+    return sqrtf(sum / all);
+}
+
+static float lflare__known_pixels(const lflare_tables *t, const lflare_frame_data *f, const lflare_frame_light *l, const float *style, const lflare__mesh_known *m)
+{
+    float entrance = lflare__maxf(m->entrance, 1e-6f), spread = lflare__minf(m->diffraction / entrance, 0.5f * f->half_width), disc = m->lamp * l->angular_radius;
+    float least = sqrtf(2.25f * f->pixel * f->pixel + spread * spread + disc * disc), grown = lflare__maxf(least - m->radius, 0), drawn = style[3] * (m->radius + grown);
+    float more = m->whole > 0 ? (m->whole + grown) / (m->radius + grown) : lflare__known_beyond(t, f, l, style[3], m->radius / entrance, style[3] * grown, m);
+    lflare__blot b;
+    int32_t i;
+    b.middle = m->middle;
+    b.half[0] = more * style[3] * (m->length + grown);
+    b.half[1] = more * style[3] * (sqrtf(lflare__maxf(m->bounds * m->bounds - m->length * m->length, 0)) + grown);
+    b.area = (float)LFLARE__PI * more * more * drawn * drawn;
+    if (m->whole > 0) { /* bounds are those of what is lit, which the mesh goes far beyond: a disc at the least, and once over all of it */
+        for (i = 0; i < 2; i++) b.half[i] = lflare__maxf(b.half[i], style[3] * (m->whole + grown));
+        b.area = lflare__maxf(b.area, (float)LFLARE__PI * b.half[0] * b.half[1]);
+    }
+    return lflare__blot_pixels(t, f, l, style, &b);
+}
+#endif
+
+#ifndef LFLARE_NO_ABERRATION
+static float lflare__mesh_pixels(const lflare_tables *t, const lflare_frame_data *f, const lflare_frame_light *l, int32_t g)
+{
+    const float *head = t->mesh_head + (size_t)g * LFLARE_MESH_HEAD_FLOATS, *style = t->style + (size_t)g * LFLARE_STYLE_FLOATS;
+    int32_t knots = lflare__mesh_knots((int32_t)head[5] & 8), floats = lflare__mesh_floats(head[6] > 1), mesh, first, i;
+    float at = lflare__knot_of(l->field_angle, head[4], knots), sum = 0, v[8];
+    lflare__mesh_known m;
+    first = (int32_t)lflare__minf(at, (float)(knots - 2));
+    at -= (float)first;
+    for (mesh = 0; mesh < (int32_t)head[6]; mesh++) {
+        const float *a = t->mesh + 4 * (size_t)head[0] + (size_t)(mesh * knots + first) * 4 * (size_t)head[7], *b = a + 4 * (size_t)head[7];
+        for (i = 0; i < 8; i++) v[i] = a[i] + at * (b[i] - a[i]);
+        m.middle = v[4];
+        m.bounds = v[5];
+        m.length = v[7];
+        m.radius = v[0];
+        m.entrance = v[2];
+        m.lamp = v[1];
+        m.diffraction = head[3];
+        m.beyond = 0.01f;
+        m.whole = 0;
+        for (i = 0; i < LFLARE__KNOWN_SIDES; i++) {
+            const float *edge = a + 4 * LFLARE__MESH_KNOT_TEXELS + (size_t)(((int32_t)head[2] * ((int32_t)head[1] + 1) + (int32_t)head[1] * i / (LFLARE__KNOWN_SIDES - 1)) * floats);
+            m.rate[i] = edge[floats - 1 - ((int32_t)head[1] + 1) * floats];
+            m.blur[i] = edge[head[6] > 1 ? 7 : 18];
+        }
+        sum += lflare__known_pixels(t, f, l, style, &m);
+    }
+    return sum * (float)lflare__meshes(t, head[6] > 1) / head[6];
+}
+#endif
+
+#ifndef LFLARE_NO_TRACE
+/* code and first: lflare__outline_code's. */
+static float lflare__traced_pixels(const lflare_tables *t, const lflare_frame_data *f, const lflare_frame_light *l, int32_t g, int32_t code, int32_t first)
+{
+    const float *all = t->outline + (size_t)g * LFLARE_OUTLINE_FLOATS, *style = t->style + (size_t)g * LFLARE_STYLE_FLOATS;
+    const float *middle = all + LFLARE__OUTLINE_ONE + LFLARE__OUTLINE_HEAD + first * LFLARE__OUTLINE_KNOT;
+    float at = lflare__knot_of(l->field_angle, all[LFLARE__OUTLINE_ONE], LFLARE_OUTLINE_KNOTS) - (float)first, sum = 0, v[15];
+    int32_t split = lflare__meshes(t, code & 128) == LFLARE_WAVELENGTHS, k, i; /* of more, the middle one stands for all */
+    lflare__mesh_known m;
+    for (k = split ? 0 : 1; k < (split ? LFLARE_WAVELENGTHS : 2); k++) {
+        const float *head = all + k * LFLARE__OUTLINE_ONE, *a = head + LFLARE__OUTLINE_HEAD + first * LFLARE__OUTLINE_KNOT, *b = a + LFLARE__OUTLINE_KNOT;
+        for (i = 4; i < 15; i++) v[i] = a[i] + at * (b[i] - a[i]);
+        m.middle = v[8];
+        m.bounds = v[9];
+        m.length = v[14];
+        m.radius = v[5];
+        m.entrance = v[6];
+        m.lamp = v[4];
+        m.diffraction = head[1];
+        m.beyond = 0.04f; /* lflare__traced_band's */
+        m.whole = code & 256 ? middle[15] : 0;
+        for (i = 0; i < LFLARE__KNOWN_SIDES; i++) {
+            const float *side = a + LFLARE__OUTLINE_WHOLE + 4 * (i * (LFLARE_OUTLINE_SIDES - 1) / (LFLARE__KNOWN_SIDES - 1));
+            m.rate[i] = side[2];
+            m.blur[i] = side[3];
+        }
+        sum += lflare__known_pixels(t, f, l, style, &m);
+    }
+    return split ? sum : sum * (float)lflare__meshes(t, code & 128);
+}
+#endif
+
+/* -- budgets: who is drawn -- */
+
+/* A ghost in the frame. */
+typedef struct lflare__seen {
+    int32_t ghost, patches, each, code, knot; /* vertices of a patch; for traced ghosts what lflare__outline_code says */
+} lflare__seen;
+
+/* What the budgets leave to one light's ghosts. */
+typedef struct lflare__purse {
+    float vertices, pixels, vertex_fade, pixel_fade; /* to spend; over how much ghosts fade out */
+    float coarse; /* vertices that those still to come have at the least */
+    float gate;   /* what is left of those to come: see lflare__purse_pay */
+} lflare__purse;
+
+static float lflare__seen_pixels(const lflare_tables *t, const lflare_frame_data *f, const lflare_frame_light *l, const lflare__seen *s)
+{
+#ifndef LFLARE_NO_TRACE
+    if (t->model == LFLARE_MODEL_TRACED) return lflare__traced_pixels(t, f, l, s->ghost, s->code, s->knot);
+#endif
+#ifndef LFLARE_NO_ABERRATION
+    if (t->model == LFLARE_MODEL_POLYNOMIAL) return lflare__mesh_pixels(t, f, l, s->ghost);
+#endif
+    return lflare__ghost_pixels(t, f, l, s->ghost);
+}
+
+/* Patches after giving up `levels` of density. */
+static int32_t lflare__seen_patches(const lflare_tables *t, const lflare__seen *s, int32_t levels)
+{
+#ifndef LFLARE_NO_TRACE
+    if (s->code > 0) return lflare__code_patches(t, lflare__code_coarser(s->code, levels));
+#endif
+    (void)t;
+    (void)levels;
+    return s->patches;
+}
+
+/* Whether a ghost that can be seen is drawn: how many patches, *band its instances' bits. Which ghosts are depends on the light's place,
+   yet none may pop: the last that fits fades as it gets near the limit, over a twentieth of the budget, and those after one that just
+   does not fit fade in as it gets farther from fitting, so that all are at 0 when it changes sides. */
+static int32_t lflare__purse_pay(lflare__purse *p, const lflare_tables *t, const lflare_frame_data *f, const lflare_frame_light *l, const lflare__seen *s, int32_t *band)
+{
+    float pixels = t->pixel_budget > 0 ? lflare__seen_pixels(t, f, l, s) : 0, vertices = (float)(s->patches * s->each), room, kept;
+    int32_t levels = 0;
+    p->coarse -= (float)(lflare__seen_patches(t, s, LFLARE__COARSER) * s->each);
+    kept = lflare__minf(lflare__maxf(p->coarse, 0), 0.9f * p->vertices); /* for weaker ones; a tenth of what is left is for this one */
+    while (levels < LFLARE__COARSER && vertices > p->vertices - kept) vertices = (float)(lflare__seen_patches(t, s, ++levels) * s->each);
+    if (!(p->gate > 0.004f)) return 0;
+    room = lflare__minf((p->vertices - vertices) / p->vertex_fade, (p->pixels - pixels) / p->pixel_fade);
+    if (!(room > 0)) {
+        p->gate *= lflare__minf(-room, 1);
+        return 0;
+    }
+    p->vertices -= vertices;
+    p->pixels -= pixels;
+    *band |= levels << 8 | (int32_t)(63 * (1 - p->gate * lflare__minf(room, 1))) << 10;
+    return lflare__seen_patches(t, s, levels);
+}
+#else
+typedef struct lflare__seen {
+    int32_t ghost, patches;
+} lflare__seen;
+#endif /* LFLARE__BUDGETS */
+
+/* The next ghost of a light from *at on that may be in the frame; 0 if there is none. */
+static int lflare__seen_next(const lflare_tables *t, const lflare_frame_data *f, const lflare_frame_light *l, int32_t *at, lflare__seen *s)
+{
+    float growth = 4 * f->pixel;
+    if (l->flags & LFLARE_LIGHT_NO_GHOSTS) return 0;
+    while (*at < t->active_count) {
+        const lflare_cull *c = &t->cull[(*at)++];
+        float x = l->slope[0] * c->along - l->slope[1] * c->across - f->centre[0];
+        float y = l->slope[1] * c->along + l->slope[0] * c->across - f->centre[1];
+        float r = c->radius + growth + c->reach * l->angular_radius;
+        if (l->slope_length >= c->hidden_slope || fabsf(x) > f->half_width + r || fabsf(y) > f->half_height + r) continue;
+        s->ghost = (int32_t)c->ghost;
+        s->patches = c->patches;
+#ifdef LFLARE__BUDGETS
+        s->each = t->model == LFLARE_MODEL_PARAXIAL ? LFLARE__GHOST_VERTICES : LFLARE_PATCH_DIRECTIONS * (LFLARE_PATCH_RINGS + LFLARE_PATCH_BANDS);
+        s->code = s->knot = 0;
+#endif
+#ifndef LFLARE_NO_TRACE
+        if (t->model != LFLARE_MODEL_TRACED) return 1;
+        s->code = lflare__outline_code(t, c->ghost, l->field_angle, &s->knot);
+        s->patches = s->code > 0 ? lflare__code_patches(t, s->code) : 0;
+        if (s->patches == 0) continue;
+#endif
+        return 1;
+    }
+    return 0;
+}
+
+#ifdef LFLARE__BUDGETS
+/* Vertices (of the coarsest meshes: `coarse` 1) and pixels of all ghosts of a light that can be seen. */
+static void lflare__light_needs(const lflare_tables *t, const lflare_frame_data *f, const lflare_frame_light *l, int coarse, float *needs)
+{
+    int32_t at = 0, ghosts = t->ghost_budget > 0 ? t->ghost_budget : t->active_count;
+    lflare__seen s;
+    needs[0] = needs[1] = 0;
+    for (; ghosts > 0 && lflare__seen_next(t, f, l, &at, &s); ghosts--) {
+        needs[0] += (float)(lflare__seen_patches(t, &s, coarse ? LFLARE__COARSER : 0) * s.each);
+        if (!coarse && t->pixel_budget > 0) needs[1] += lflare__seen_pixels(t, f, l, &s);
+    }
+}
+
+static float lflare__light_weight(const lflare_frame_light *l) { return l->flags & LFLARE_LIGHT_NO_GHOSTS ? 0 : l->irradiance[0] + l->irradiance[1] + l->irradiance[2]; }
+
+/* A budget over a light's brightness: what lights do not need goes to the others. Needs lie where the lights' images will be. */
+static float lflare__budget_share(const lflare_frame_data *f, int32_t which, float budget)
+{
+    float share = 0, next;
+    int32_t i, pass;
+    for (pass = 0; pass < 32; pass++) {
+        float left = budget, wanting = 0, all = 0, most = 0;
+        for (i = 0; i < f->light_count; i++) {
+            float weight = lflare__light_weight(&f->lights[i]), need = f->lights[i].image[which];
+            if (!(weight > 0)) continue;
+            all += weight;
+            most = lflare__maxf(most, need / weight);
+            if (need <= share * weight) left -= need;
+            else wanting += weight;
+        }
+        next = wanting > 0 ? left / wanting : most + lflare__maxf(left, 0) / lflare__maxf(all, 1e-30f);
+        if (!(next > share * 1.00001f)) break;
+        share = next;
+    }
+    return share;
+}
+
+/* Shares of both budgets. */
+static void lflare__budget_shares(const lflare_tables *t, lflare_frame_data *f, float *shares)
+{
+    int32_t i, k;
+    for (i = 0; i < f->light_count; i++) lflare__light_needs(t, f, &f->lights[i], 0, f->lights[i].image);
+    shares[0] = t->vertex_budget > 0 ? lflare__budget_share(f, 0, (float)t->vertex_budget) : 0;
+    shares[1] = t->pixel_budget > 0 ? lflare__budget_share(f, 1, (float)t->pixel_budget) : 0;
+    for (i = 0; i < f->light_count; i++)
+        for (k = 0; k < 2; k++) f->lights[i].image[k] = t->efl * f->lights[i].slope[k];
+}
+
+static void lflare__purse_make(const lflare_tables *t, const lflare_frame_data *f, const lflare_frame_light *l, const float *shares, lflare__purse *p)
+{
+    float needs[2] = {0, 0}, weight = lflare__light_weight(l);
+    if (t->vertex_budget > 0) lflare__light_needs(t, f, l, 1, needs);
+    p->vertices = t->vertex_budget > 0 ? shares[0] * weight : 1e30f;
+    p->pixels = t->pixel_budget > 0 ? shares[1] * weight : 1e30f;
+    p->vertex_fade = lflare__maxf(0.05f * p->vertices, 1e-6f);
+    p->pixel_fade = lflare__maxf(0.05f * p->pixels, 1e-6f);
+    p->coarse = needs[0];
+    p->gate = 1;
+}
+#endif /* LFLARE__BUDGETS */
+
+/* The instances of one light's ghosts; shares: NULL without budgets. */
+static lflare_result lflare__frame_ghosts(const lflare_tables *t, lflare_frame_data *f, int32_t light, const float *shares)
+{
+    const lflare_frame_light *l = &f->lights[light];
+    int32_t budget = t->ghost_budget > 0 ? t->ghost_budget : t->active_count, at = 0, k;
+    lflare__seen s;
+#ifdef LFLARE__BUDGETS
+    lflare__purse purse;
+    memset(&purse, 0, sizeof purse);
+    if (shares != NULL) lflare__purse_make(t, f, l, shares, &purse);
+#endif
+    (void)shares;
+    while (budget > 0 && lflare__seen_next(t, f, l, &at, &s)) {
+        lflare_instance *instance = &f->instances[f->instance_count];
+        int32_t patches = s.patches, band = 0;
+#ifdef LFLARE__BUDGETS
+        band = s.knot;
+        if (shares != NULL) patches = lflare__purse_pay(&purse, t, f, l, &s, &band);
+#endif
+        if (f->instance_capacity - f->instance_count < patches) return LFLARE_ERROR_LIMIT;
+        for (k = 0; k < patches; k++, instance++) {
+            instance->ghost = (uint16_t)s.ghost;
+            instance->light = (uint16_t)light;
+            instance->patch = (uint16_t)k;
+            instance->band = (uint16_t)band;
+        }
+        f->instance_count += patches;
+        budget -= patches > 0;
+    }
+    return LFLARE_OK;
+}
+
 LFLARE_API lflare_result lflare_frame_build(const lflare_tables *t, const lflare_view *view, const lflare_light *lights, int32_t light_count,
                                             lflare_frame_data *f)
 {
-    float slope_scale;
-    int32_t i, g, k;
+    float slope_scale, *shares = NULL;
+    lflare_result result = LFLARE_OK;
+    int32_t i;
+#ifdef LFLARE__BUDGETS
+    float of_budgets[2];
+#endif
     if (f == NULL) return LFLARE_ERROR_ARGUMENT;
     f->light_count = f->instance_count = 0;
     if (t == NULL || !lflare__valid_view(view) || light_count < 0 || (light_count > 0 && lights == NULL)) return LFLARE_ERROR_ARGUMENT;
@@ -8237,38 +8751,24 @@ LFLARE_API lflare_result lflare_frame_build(const lflare_tables *t, const lflare
         if (!lflare__valid_light(&lights[i])) return LFLARE_ERROR_ARGUMENT;
     slope_scale = lflare__frame_size(t, view, f);
     for (i = 0; i < light_count; i++) {
-        lflare_frame_light *l;
-        float growth;
-        int32_t budget = t->ghost_budget > 0 ? t->ghost_budget : t->active_count, patches, band = 0;
-        if (f->light_count == f->light_capacity) return LFLARE_ERROR_LIMIT;
-        l = &f->lights[f->light_count];
+        lflare_frame_light *l = &f->lights[f->light_count];
+        if (f->light_count == f->light_capacity) {
+            result = LFLARE_ERROR_LIMIT; /* those that there is room for are drawn */
+            break;
+        }
         if (!lflare__frame_light_make(t, f, &lights[i], slope_scale, view->edge_fade, l)) continue;
         l->source = i;
-        growth = 4 * f->pixel;
-        for (g = 0; g < t->active_count && budget > 0 && !(l->flags & LFLARE_LIGHT_NO_GHOSTS); g++) {
-            const lflare_cull *c = &t->cull[g];
-            float x = l->slope[0] * c->along - l->slope[1] * c->across - f->centre[0];
-            float y = l->slope[1] * c->along + l->slope[0] * c->across - f->centre[1];
-            float r = c->radius + growth + c->reach * l->angular_radius;
-            lflare_instance *instance = &f->instances[f->instance_count];
-            if (l->slope_length >= c->hidden_slope || fabsf(x) > f->half_width + r || fabsf(y) > f->half_height + r) continue;
-            patches = c->patches;
-#ifndef LFLARE_NO_TRACE
-            if (t->model == LFLARE_MODEL_TRACED) patches = lflare__code_patches(t, lflare__outline_code(t, c->ghost, l->field_angle, &band));
-#endif
-            if (f->instance_capacity - f->instance_count < patches) return LFLARE_ERROR_LIMIT;
-            for (k = 0; k < patches; k++, instance++) {
-                instance->ghost = (uint16_t)c->ghost;
-                instance->light = (uint16_t)f->light_count;
-                instance->patch = (uint16_t)k;
-                instance->band = (uint16_t)band;
-            }
-            f->instance_count += patches;
-            budget--;
-        }
         f->light_count++;
     }
-    return LFLARE_OK;
+#ifdef LFLARE__BUDGETS
+    if (t->vertex_budget > 0 || t->pixel_budget > 0) {
+        shares = of_budgets;
+        lflare__budget_shares(t, f, shares);
+    }
+#endif
+    for (i = 0; i < f->light_count; i++)
+        if (lflare__frame_ghosts(t, f, i, shares) < 0) return LFLARE_ERROR_LIMIT;
+    return result;
 }
 
 LFLARE_API float lflare_fade(float now, float target, float dt, float attack, float release)
@@ -8401,11 +8901,12 @@ LFLARE_API int32_t lflare_footprint_resolve(const lflare_tables *t, const lflare
     const lflare_frame_light *l = &f->lights[instance.light];
     int32_t g = instance.ghost, k;
     const float *style = t->style + (size_t)g * LFLARE_STYLE_FLOATS, *head = t->head + (size_t)g * LFLARE_HEAD_FLOATS;
-    float lit = 0, pixel = f->pixel, brightest = 0;
+    float lit = 0, pixel = f->pixel, brightest = 0, tint[3];
     lflare__sample s;
     lflare__drawn d;
     if (!lflare__field_sample(t, g, l->field_angle, &s)) return 0;
     d.scale = style[3];
+    lflare__style_tint(style, l->field_angle, tint);
     for (k = 0; k < 2; k++) out->axis[k] = l->axis[k];
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
         const float *m = head + k * 4;
@@ -8413,10 +8914,10 @@ LFLARE_API int32_t lflare_footprint_resolve(const lflare_tables *t, const lflare
         float least = sqrtf(pixel * pixel + spread * spread + lamp * lamp) / s.radius; /* P 3: r_min / rho */
         float size = lflare__maxf(fabsf(m[2]), least), along = m[2] * s.centroid + m[3] * l->slope_length;
         d.drawn[k] = (m[2] < 0 ? -size : size) * d.scale;
-        out->centre[k][0] = along * l->axis[0] + t->efl * (style[4] * l->slope[0] - style[5] * l->slope[1]);
-        out->centre[k][1] = along * l->axis[1] + t->efl * (style[4] * l->slope[1] + style[5] * l->slope[0]);
-        out->irradiance[k] = l->irradiance[k] * s.weight[k] * style[k] / (size * size);
-        brightest = lflare__maxf(brightest, s.weight[k] * style[k] / (size * size));
+        out->centre[k][0] = along * l->axis[0] + t->efl * (style[4] * l->slope[0] - style[5] * l->slope[1]) + style[8];
+        out->centre[k][1] = along * l->axis[1] + t->efl * (style[4] * l->slope[1] + style[5] * l->slope[0]) + style[9];
+        out->irradiance[k] = l->irradiance[k] * s.weight[k] * tint[k] / (size * size);
+        brightest = lflare__maxf(brightest, s.weight[k] * tint[k] / (size * size));
         lit += out->irradiance[k];
     }
     d.fringes = t->fringes && brightest >= LFLARE__RING_LEAST * t->mean_irradiance;
@@ -8426,7 +8927,7 @@ LFLARE_API int32_t lflare_footprint_resolve(const lflare_tables *t, const lflare
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
         float size2 = s.radius * s.radius * d.drawn[k] * d.drawn[k], lamp = d.scale * l->angular_radius;
         float variance = (LFLARE__PIXEL_VARIANCE * pixel * pixel * s.turn0 + 0.25f * lamp * lamp * s.turn2) / (float)LFLARE__PI;
-        out->irradiance[k] *= size2 / lflare__soft_size2(size2, variance);
+        out->irradiance[k] *= lflare__instance_share(instance) * size2 / lflare__soft_size2(size2, variance);
     }
     return lit > 0;
 }
@@ -8438,6 +8939,7 @@ LFLARE_API int32_t lflare_footprint_resolve(const lflare_tables *t, const lflare
 typedef struct lflare__patch_shape {
     const lflare_frame_light *light;
     const float *style;
+    float tint[3];
     float even;               /* 1: few pixels, where triangles say better than vertices what the irradiance is */
     float grown;              /* what a ghost smaller than a pixel, or than what diffraction and lamp leave, grows by: mm on the sensor per mm on the entrance */
     float gain;               /* for soft edges that light more than the ghost's area */
@@ -8483,8 +8985,9 @@ static void lflare__patch_shape_make(const lflare_tables *t, const lflare_frame_
     p->widest = sqrtf(t->wavelengths[0] / t->wavelengths[1]);
     p->pixel = f->pixel;
     p->grid = LFLARE__PIXEL_VARIANCE * f->pixel * f->pixel;
-    p->shift[0] = t->efl * (p->style[4] * l->slope[0] - p->style[5] * l->slope[1]);
-    p->shift[1] = t->efl * (p->style[4] * l->slope[1] + p->style[5] * l->slope[0]);
+    lflare__style_tint(p->style, l->field_angle, p->tint);
+    p->shift[0] = t->efl * (p->style[4] * l->slope[0] - p->style[5] * l->slope[1]) + p->style[8];
+    p->shift[1] = t->efl * (p->style[4] * l->slope[1] + p->style[5] * l->slope[0]) + p->style[9];
     p->spectrum = p->shares = NULL;
     p->between = 0;
 }
@@ -8524,7 +9027,7 @@ static void lflare__patch_light(const lflare__patch_shape *p, const float *weigh
         if (p->shares != NULL) one = lflare__maxf(lflare__spectrum_at(p->spectrum, p->between, 1 + p->mesh, out->bundle), 0);
     }
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
-        float light = p->gain * p->light->irradiance[k] * p->style[k];
+        float light = p->gain * p->light->irradiance[k] * p->tint[k];
         if (p->shares != NULL) flux[k] = one * p->shares[4 + k] * light;
         else if (p->spectrum != NULL) flux[k] = p->gain; /* W and the light's colour come to it */
         else flux[k] = p->mesh < 0 || p->mesh == k ? weight[k] * light : 0;
@@ -8537,7 +9040,7 @@ static void lflare__patch_colour(const lflare__patch_shape *p, int masked, lflar
     int32_t i, j, c;
     out->spectrum = p->shares == NULL ? p->spectrum : NULL;
     out->between = p->between;
-    for (c = 0; c < 3; c++) out->color[c] = p->light->irradiance[c] * p->style[c];
+    for (c = 0; c < 3; c++) out->color[c] = p->light->irradiance[c] * p->tint[c];
     if (out->spectrum == NULL || masked) return;
     for (i = 0; i < LFLARE_PATCH_RINGS; i++)
         for (j = 0; j < LFLARE_PATCH_DIRECTIONS; j++) {
@@ -8726,6 +9229,7 @@ static int32_t lflare__mesh_resolve(const lflare_tables *t, const lflare_frame_d
     if (!lflare__mesh_view_make(t, instance.ghost, mesh, p.shares, l->field_angle, &v)) return 0;
     out->iris_soft = lflare__patch_soft(&p, v.knots[1]);
     lflare__patch_grow(f, v.knots[0], v.knots[2], v.knots[1], head[3], v.knots[6] < 0, &p);
+    p.gain *= lflare__instance_share(instance);
     p.middle = lflare__mesh_float(&v, 0, 0, 0, 0);
     p.entrance = lflare__mesh_float(&v, 0, 0, 2, 0);
     ragged = (int32_t)head[5] >> (p.shares != NULL ? 0 : mesh) & 1;
@@ -8768,10 +9272,10 @@ typedef struct lflare__traced_view {
 static int lflare__traced_view_make(const lflare_tables *t, lflare_instance instance, const lflare_frame_light *l, int32_t *patch, lflare__traced_view *o)
 {
     const float *head = t->outline + (size_t)instance.ghost * LFLARE_OUTLINE_FLOATS, *middle = head + LFLARE__OUTLINE_ONE, *a;
-    int32_t first = instance.band, code, meshes, each, i;
+    int32_t first = instance.band & 15, code, meshes, each, i;
     float f;
     if (!(l->field_angle < middle[0]) || first > LFLARE_OUTLINE_KNOTS - 2) return 0;
-    code = (int32_t)middle[LFLARE__OUTLINE_HEAD + first * LFLARE__OUTLINE_KNOT + 11];
+    code = lflare__code_coarser((int32_t)middle[LFLARE__OUTLINE_HEAD + first * LFLARE__OUTLINE_KNOT + 11], instance.band >> 8 & 3);
     meshes = lflare__meshes(t, code & 128);
     each = lflare__code_patches(t, code) / meshes;
     *patch = instance.patch % each;
@@ -8963,6 +9467,7 @@ static int32_t lflare__traced_resolve(const lflare_tables *t, const lflare_frame
     lflare__patch_spectrum(t, instance.ghost, t->outline[(size_t)instance.ghost * LFLARE_OUTLINE_FLOATS + LFLARE__OUTLINE_ONE], &p);
     out->iris_soft = lflare__patch_soft(&p, o.knot[4]);
     lflare__patch_grow(f, o.knot[5], o.knot[6], o.knot[4], o.diffraction, o.knot[7] < 0, &p);
+    p.gain *= lflare__instance_share(instance);
     p.middle = o.knot[10];
     p.entrance = o.knot[0];
     if (o.ragged) memset(out->inside, 0, sizeof out->inside);
@@ -8973,7 +9478,7 @@ static int32_t lflare__traced_resolve(const lflare_tables *t, const lflare_frame
         lflare__traced_band(&o, &p, out->iris_soft, direction, &begin, &end);
         if (o.ragged) { /* the rim is everywhere, and every block has its part */
             begin = (float)(block * (LFLARE_PATCH_RINGS - 1));
-            end = begin + LFLARE_PATCH_RINGS - 1;
+            end = begin + (float)(LFLARE_PATCH_RINGS - 1);
         }
         for (k = 0; k < LFLARE_PATCH_RINGS && !o.ragged; k++)
             lflare__traced_vertex(&o, &p, lflare__minf((float)(block * (LFLARE_PATCH_RINGS - 1) + k), begin), direction, side, &out->inside[k][i]);
@@ -9873,7 +10378,7 @@ enum {
     LFLARE__GL_UNITS = 6,
     LFLARE__GL_ROW = 1024, /* texels of a line of the tables' textures */
     LFLARE__GL_LENS_TEXELS = 4 + 3 * LFLARE_MAX_RIMS,
-    LFLARE__GL_SETTINGS_TEXELS = 2 * LFLARE_FIELD_SAMPLES + 2,
+    LFLARE__GL_SETTINGS_TEXELS = 2 * LFLARE_FIELD_SAMPLES + LFLARE_STYLE_FLOATS / 4,
     LFLARE__GL_RING = 34,   /* vertices of a ghost's rim, of its inside */
     LFLARE__GL_INSIDE = 18,
     LFLARE__GL_PATCH_ROW = 6 * (LFLARE_PATCH_DIRECTIONS - 1), /* indices of a row of a patch's quads */
@@ -10171,7 +10676,7 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "invariant gl_Position;\n"
     "in uvec4 a_instance;\n"
     "const int CORNERS = 16, EDGES = 5, RIMS = 12, SAMPLES = 64;\n"
-    "const int LENS_TEXELS = 4 + 3 * RIMS, SETTINGS_TEXELS = 2 * SAMPLES + 2, ROW = 1024;\n"
+    "const int LENS_TEXELS = 4 + 3 * RIMS, SETTINGS_TEXELS = 2 * SAMPLES + 11, ROW = 1024;\n"
     "const float PI = 3.14159265, PIXEL_VARIANCE = 0.715 * 0.715 / 5.0;\n"
     "#ifdef RIM\n"
     "flat out vec4 v_data[13];\n"
@@ -10181,6 +10686,16 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "#endif\n"
     "vec4 lens_texel(int i) { return texelFetch(u_lens_table, ivec2(i % ROW, i / ROW), 0); }\n"
     "vec4 settings_texel(int i) { return texelFetch(u_settings_table, ivec2(i % ROW, i / ROW), 0); }\n"
+    "vec3 ramp(int at, int left, float angle)\n"
+    "{\n"
+    "vec4 a = settings_texel(at), b = left > 0 ? settings_texel(at + 1) : a;\n"
+    "for (; left > 1 && angle > b.w; left--) {\n"
+    "at++;\n"
+    "a = b;\n"
+    "b = settings_texel(at + 1);\n"
+    "}\n"
+    "return mix(a.rgb, b.rgb, left > 0 ? clamp((angle - a.w) / (b.w - a.w), 0.0, 1.0) : 0.0);\n"
+    "}\n"
     "struct Edge {\n"
     "vec3 gain, offset, inner, outer;\n"
     "float soft, ring;\n"
@@ -10244,6 +10759,7 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "}\n"
     "}\n"
     "reach += along * dot(axis, normal);\n"
+    ,
     "return vec3(normal, max(reach.x, max(reach.y, reach.z)));\n"
     "}\n"
     "float uncut(vec2 d, vec2 axis, vec3 along)\n"
@@ -10253,7 +10769,6 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "for (int i = 0; i < g_count; i++) {\n"
     "Edge e = g_edges[i];\n"
     "vec3 side = mix(vec3(1.0), vec3(-1.0), lessThan(e.gain, vec3(0.0))), gain = max(abs(e.gain), vec3(1e-12));\n"
-    ,
     "vec3 start = e.offset + e.gain * (vec3(along.y) - along);\n"
     "int parts = i == 0 && blades > 0 ? blades : 1;\n"
     "for (int k = 0; k < parts; k++) {\n"
@@ -10280,11 +10795,12 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "int ghost = int(a_instance.x), light = int(a_instance.y), i;\n"
     "vec4 l0 = u_lights[light * 4], l1 = u_lights[light * 4 + 1], l2 = u_lights[light * 4 + 2];\n"
     "vec2 slope = l0.xy, axis = l0.zw;\n"
-    "vec3 irradiance = l2.yzw * u_strip.y;\n"
+    "vec3 irradiance = l2.yzw * u_strip.y * (1.0 - float(a_instance.w >> 10) / 63.0);\n"
     "int place = int(u_lights[light * 4 + 3].x);\n"
     "int lens = ghost * LENS_TEXELS, settings = ghost * SETTINGS_TEXELS;\n"
     "vec4 h0 = lens_texel(lens), h1 = lens_texel(lens + 1), h2 = lens_texel(lens + 2);\n"
-    "vec4 style0 = settings_texel(settings + 2 * SAMPLES), style1 = settings_texel(settings + 2 * SAMPLES + 1);\n"
+    "vec4 style0 = settings_texel(settings + 2 * SAMPLES), style1 = settings_texel(settings + 2 * SAMPLES + 1), style2 = settings_texel(settings + 2 * SAMPLES + 2);\n"
+    "if (style2.z > 0.0) style0.rgb *= ramp(settings + 2 * SAMPLES + 3, int(style2.z) - 1, l1.y);\n"
     "gl_Position = vec4(2.0, 2.0, 0.0, 1.0);\n"
     "if (place < int(u_strip.x)) irradiance *= uintBitsToFloat(texelFetch(u_visibility, ivec2(place, 0), 0).r);\n"
     "float at = l1.y * style1.w * float(SAMPLES - 1);\n"
@@ -10298,6 +10814,7 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "vec3 weight = p1 + f * (p2 - p0 / 3.0 - p1 / 2.0 - p3 / 6.0 + f * (p0 / 2.0 - p1 + p2 / 2.0 + f * ((p1 - p2) / 2.0 + (p3 - p0) / 6.0)));\n"
     "int binding = int(a1.w) | int(b1.w);\n"
     "float radius = max(s1.x, 1e-6 * u_lens.z), scale = style0.w;\n"
+    ,
     "vec3 ma11 = vec3(h0.x, h1.x, h2.x), ma12 = vec3(h0.y, h1.y, h2.y);\n"
     "g_m11 = vec3(h0.z, h1.z, h2.z);\n"
     "g_m12 = vec3(h0.w, h1.w, h2.w);\n"
@@ -10306,7 +10823,6 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "g_drawn = mix(size, -size, lessThan(g_m11, vec3(0.0))) * scale;\n"
     "g_ratio = abs(vec3(g_drawn.y) / g_drawn);\n"
     "vec3 bright = max(weight, vec3(0.0)) * style0.rgb / (size * size);\n"
-    ,
     "g_fringes = u_burst[2].w >= 0.0 && max(bright.x, max(bright.y, bright.z)) >= u_burst[2].w ? 1.0 : 0.0;\n"
     "g_centroid = middle_x;\n"
     "g_slope = l1.x;\n"
@@ -10370,6 +10886,7 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "v_irradiance = vec4(irradiance, 0.0);\n"
     "#endif\n"
     "if (at >= float(SAMPLES - 1) || !(irradiance.x + irradiance.y + irradiance.z > 0.0)) return;\n"
+    ,
     "#ifdef RIM\n"
     "int corner = gl_VertexID >> 1;\n"
     "bool low = (gl_VertexID & 1) != 0;\n"
@@ -10381,7 +10898,6 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "vec2 centre = along.y * axis, between = vec2(cos(angle + 0.5 * turn), sin(angle + 0.5 * turn)), position;\n"
     "vec3 p = tangent(vec2(cos(angle), sin(angle)), axis, along);\n"
     "vec3 next = tangent(vec2(cos(angle + turn), sin(angle + turn)), axis, along);\n"
-    ,
     "float bend = p.x * next.y - p.y * next.x;\n"
     "if (bend > 1e-3) position = vec2(p.z * next.y - next.z * p.y, p.x * next.z - next.x * p.z) / bend;\n"
     "else position = centre + between * max(p.z - dot(p.xy, centre), 0.0) / max(dot(p.xy, between), 0.05);\n"
@@ -10395,7 +10911,7 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "#else\n"
     "v_position = position;\n"
     "#endif\n"
-    "vec2 shift = u_lens.y * (style1.x * slope + style1.y * vec2(-slope.y, slope.x));\n"
+    "vec2 shift = u_lens.y * (style1.x * slope + style1.y * vec2(-slope.y, slope.x)) + style2.xy;\n"
     "gl_Position = vec4(-(position + shift - u_half.zw) / u_half.xy, 0.0, 1.0);\n"
     "}\n"
     , NULL};
@@ -10473,7 +10989,7 @@ static const char *const lflare__glsl_patch_vert[] = {
     "uniform highp usampler2D u_visibility;\n"
     "invariant gl_Position;\n"
     "in uvec4 a_instance;\n"
-    "const int KNOT_TEXELS = 2, DIRECTIONS = 9, RINGS = 5, BANDS = 3, MESH_ROW = 2048;\n"
+    "const int KNOT_TEXELS = 2, DIRECTIONS = 9, RINGS = 5, BANDS = 3, HEAD = 13, MESH_ROW = 2048;\n"
     "centroid out vec3 v_irradiance, v_flux;\n"
     "centroid out float v_most;\n"
     "out vec2 v_entrance;\n"
@@ -10521,11 +11037,12 @@ static const char *const lflare__glsl_patch_vert[] = {
     "float last(int ring, int direction) { return smooth_texel(vertex(ring, direction) + g_texels - 1).w; }\n"
     "void main()\n"
     "{\n"
-    "int ghost = int(a_instance.x) * 4, light = int(a_instance.y) * 4, patch_index = int(a_instance.z);\n"
-    "vec4 h0 = ghosts(ghost), h1 = ghosts(ghost + 1), style0 = ghosts(ghost + 2), style1 = ghosts(ghost + 3);\n"
+    "int ghost = int(a_instance.x) * HEAD, light = int(a_instance.y) * 4, patch_index = int(a_instance.z);\n"
+    "vec4 h0 = ghosts(ghost), h1 = ghosts(ghost + 1), style0 = ghosts(ghost + 2), style1 = ghosts(ghost + 3), style2 = ghosts(ghost + 4);\n"
     "vec4 l0 = u_lights[light], l1 = u_lights[light + 1], l2 = u_lights[light + 2];\n"
+    "if (style2.z > 0.0) style0.rgb *= ramp(ghost + 5, int(style2.z) - 1, l1.y);\n"
     "vec2 slope = l0.xy, axis = l0.zw;\n"
-    "vec3 irradiance = l2.yzw * u_strip.y;\n"
+    "vec3 irradiance = l2.yzw * u_strip.y * (1.0 - float(a_instance.w >> 10) / 63.0);\n"
     "int place = int(u_lights[light + 3].x);\n"
     "gl_Position = vec4(2.0, 2.0, 0.0, 1.0);\n"
     "v_irradiance = v_flux = vec3(0.0);\n"
@@ -10541,11 +11058,11 @@ static const char *const lflare__glsl_patch_vert[] = {
     "g_directions = int(h0.y);\n"
     "g_rings = int(h0.z);\n"
     "int sectors = g_directions / 4, blocks = g_rings / 4, mesh_index = patch_index / (sectors * blocks), block = patch_index / sectors % blocks;\n"
+    ,
     "bool split_mesh = h1.z > 1.0, mixed = split_mesh && u_bands.x > 0.0, ragged = (int(h1.y) >> (mixed ? 0 : mesh_index) & 1) != 0;\n"
     "#ifdef PATCH_STRIP\n"
     "bool drawn = ragged || block == blocks - 1;\n"
     "#else\n"
-    ,
     "bool drawn = !ragged;\n"
     "#endif\n"
     "if (!(l1.y < h1.x) || !drawn || !(irradiance.x + irradiance.y + irradiance.z > 0.0)) return;\n"
@@ -10583,11 +11100,11 @@ static const char *const lflare__glsl_patch_vert[] = {
     "width.zw = min(width.zw, 0.4);\n"
     "width.zw *= step(width.xy, 8.0 * width.zw);\n"
     "vec2 inner = width.xy + 5.0 * width.zw, outer = width.xy + 2.5 * width.zw;\n"
+    ,
     "float begin = float(g_rings) * max((split_mesh ? last(g_rings, direction) : edge.w) - max(inner.x, inner.y) - u_strip.w - 0.01, 0.0);\n"
     "float end = float(g_rings) * (1.0 + max(outer.x, outer.y) + u_strip.w + 1.2 * bulge);\n"
     "if (ragged) {\n"
     "begin = float(block) / float(blocks) * end;\n"
-    ,
     "end *= float(block + 1) / float(blocks);\n"
     "}\n"
     "#ifdef PATCH_STRIP\n"
@@ -10647,6 +11164,7 @@ static const char *const lflare__glsl_patch_vert[] = {
     "if (split_mesh) {\n"
     "vec2 iris = to_sensor * t2.yz;\n"
     "v_iris01 = vec4(iris, iris);\n"
+    ,
     "v_iris2 = vec4(iris, length(vec2(soft(t1.w) / u_lens.x, apart)), length(vec2(iris_soft / u_lens.x, apart)));\n"
     "v_rim = vec3(t2.x);\n"
     "} else {\n"
@@ -10654,12 +11172,11 @@ static const char *const lflare__glsl_patch_vert[] = {
     "v_iris2 = vec4(to_sensor * t4.xy, soft(t4.z) / u_lens.x, iris_soft / u_lens.x);\n"
     "v_rim = t2.xyz;\n"
     "}\n"
-    ,
     "float real_shrink = split_mesh ? t1.y : t1.w;\n"
     "v_bulge = vec4(turn, 4.0 * bulge, vec2(fringe(real_shrink, whole.y, scale), fringe(real_shrink, split_mesh ? t1.w : t4.z, scale)) / u_lens.x);\n"
     "#endif\n"
     "vec2 position = vec2(local.x * axis.x - local.y * axis.y, local.x * axis.y + local.y * axis.x);\n"
-    "position += u_lens.y * (style1.x * slope + style1.y * vec2(-slope.y, slope.x));\n"
+    "position += u_lens.y * (style1.x * slope + style1.y * vec2(-slope.y, slope.x)) + style2.xy;\n"
     "gl_Position = vec4(-(position - u_half.zw) / u_half.xy, 0.0, 1.0);\n"
     "}\n"
     , NULL};
@@ -10676,6 +11193,16 @@ static const char *const lflare__glsl_patches[] = {
     "return dot(mix(ghosts(i), ghosts(i + SPECTRUM_ROWS), spectrum.y), vec4(1.0, bundle.x, bundle.x * bundle.x, bundle.y * bundle.y));\n"
     "}\n"
     "#ifdef PATCH_VERTEX\n"
+    "vec3 ramp(int at, int left, float angle)\n"
+    "{\n"
+    "vec4 a = ghosts(at), b = left > 0 ? ghosts(at + 1) : a;\n"
+    "for (; left > 1 && angle > b.w; left--) {\n"
+    "at++;\n"
+    "a = b;\n"
+    "b = ghosts(at + 1);\n"
+    "}\n"
+    "return mix(a.rgb, b.rgb, left > 0 ? clamp((angle - a.w) / (b.w - a.w), 0.0, 1.0) : 0.0);\n"
+    "}\n"
     "float g_lamp;\n"
     "float soft(float lamp)\n"
     "{\n"
@@ -10831,7 +11358,7 @@ static const char *const lflare__glsl_traced_vert[] = {
     "uniform highp usampler2D u_visibility;\n"
     "invariant gl_Position;\n"
     "in uvec4 a_instance;\n"
-    "const int DIRECTIONS = 9, RINGS = 5, BANDS = 3, ROW = 1024, SURFACE = 131, GHOST = 798, OUTLINE = 265, KNOTS = 12, KNOT = 22, SIDES = 17;\n"
+    "const int DIRECTIONS = 9, RINGS = 5, BANDS = 3, ROW = 1024, SURFACE = 131, STYLE = 11, GHOST = 796 + STYLE, OUTLINE = 265, KNOTS = 12, KNOT = 22, SIDES = 17;\n"
     "const float PI = 3.14159265;\n"
     "centroid out vec3 v_irradiance, v_flux;\n"
     "centroid out float v_most;\n"
@@ -10913,9 +11440,9 @@ static const char *const lflare__glsl_traced_vert[] = {
     "}\n"
     "r.dx = kept * r.dx + more * nx;\n"
     "r.dy = kept * r.dy + more * ny;\n"
+    ,
     "r.dz = kept * r.dz + more * nz;\n"
     "}\n"
-    ,
     "Rays rays_at(vec4 x, vec4 y)\n"
     "{\n"
     "float norm = inversesqrt(1.0 + g_slope * g_slope);\n"
@@ -11001,11 +11528,12 @@ static const char *const lflare__glsl_traced_vert[] = {
     "void main()\n"
     "{\n"
     "int ghost = int(a_instance.x) * GHOST, light = int(a_instance.y) * 4, patch_index = int(a_instance.z);\n"
-    "vec4 style0 = ghosts(ghost + 1), style1 = ghosts(ghost + 2), l0 = u_lights[light], l1 = u_lights[light + 1], l2 = u_lights[light + 2];\n"
-    "vec2 slope = l0.xy, axis = l0.zw;\n"
-    "vec3 irradiance = l2.yzw * u_strip.y;\n"
+    "vec4 style0 = ghosts(ghost + 1), style1 = ghosts(ghost + 2), style2 = ghosts(ghost + 3), l0 = u_lights[light], l1 = u_lights[light + 1], l2 = u_lights[light + 2];\n"
     ,
-    "int place = int(u_lights[light + 3].x), first = int(a_instance.w), outline = ghost + 3 + OUTLINE;\n"
+    "if (style2.z > 0.0) style0.rgb *= ramp(ghost + 4, int(style2.z) - 1, l1.y);\n"
+    "vec2 slope = l0.xy, axis = l0.zw;\n"
+    "vec3 irradiance = l2.yzw * u_strip.y * (1.0 - float(a_instance.w >> 10) / 63.0);\n"
+    "int place = int(u_lights[light + 3].x), first = int(a_instance.w & 15u), outline = ghost + 1 + STYLE + OUTLINE;\n"
     "gl_Position = vec4(2.0, 2.0, 0.0, 1.0);\n"
     "v_irradiance = v_flux = vec3(0.0);\n"
     "v_entrance = vec2(0.0);\n"
@@ -11018,9 +11546,12 @@ static const char *const lflare__glsl_traced_vert[] = {
     "#endif\n"
     "if (place < int(u_strip.x)) irradiance *= uintBitsToFloat(texelFetch(u_visibility, ivec2(place, 0), 0).r);\n"
     "int code = int(ghosts(outline + 1 + first * KNOT + 2).w), rings = code & 63, directions = (code & 64) != 0 ? 32 : 16;\n"
+    "for (int levels = int(a_instance.w >> 8) & 3; levels > 0; levels--)\n"
+    "if (rings > 4) rings /= 2;\n"
+    "else directions = 16;\n"
     "bool split_mesh = (code & 128) != 0, ragged = (code & 256) != 0;\n"
     "int sectors = directions / 4, blocks = rings / 4, mesh = split_mesh ? patch_index / (sectors * blocks) : -1, block = patch_index / sectors % blocks;\n"
-    "if (split_mesh && u_bands.x == 0.0) outline = ghost + 3 + mesh * OUTLINE;\n"
+    "if (split_mesh && u_bands.x == 0.0) outline = ghost + 1 + STYLE + mesh * OUTLINE;\n"
     "vec4 h = ghosts(outline);\n"
     "#ifdef PATCH_STRIP\n"
     "bool drawn = ragged || block == blocks - 1;\n"
@@ -11050,11 +11581,11 @@ static const char *const lflare__glsl_traced_vert[] = {
     "size2 *= size2;\n"
     "float wash = PIXEL_VARIANCE * u_lens.x * u_lens.x + 0.25 * g_lamp * g_lamp * whole.x * whole.x, wash5 = max(5.0 * wash, 1e-30);\n"
     "float q = sqrt(size2 / wash5), far = 2.0 * wash5 * (0.05 + q * (0.1875 + q * (0.25 + q * (0.125 - 0.0125 * q * q))));\n"
+    ,
     "float gain = size2 / (wash5 <= size2 ? size2 + wash : far);\n"
     "int row = gl_VertexID / DIRECTIONS, direction = patch_index % sectors * (DIRECTIONS - 1) + gl_VertexID % DIRECTIONS;\n"
     "float side = direction > directions ? -1.0 : 1.0, turn = float(direction);\n"
     "if (direction > directions) direction = 2 * directions - direction;\n"
-    ,
     "float beside_at = float(direction) * float(SIDES - 1) / float(directions);\n"
     "int beside_first = int(min(beside_at, float(SIDES - 2)));\n"
     "vec4 beside = mix(knot(5 + beside_first), knot(6 + beside_first), beside_at - float(beside_first));\n"
@@ -11099,10 +11630,10 @@ static const char *const lflare__glsl_traced_vert[] = {
     "vec2 twist = vec2(own.sensor_x.w - near.sensor_x.y - x.w, own.sensor_y.w - near.sensor_y.y - y.w) / (h2.x * h2.y);\n"
     "vec2 grows = vec2(bent.x * middle.w + middle.x * twist.y - bent.y * middle.z - middle.y * twist.x,\n"
     "twist.x * middle.w + middle.x * bent.w - twist.y * middle.z - middle.y * bent.z);\n"
+    ,
     "vec2 radial = shape.yz * toward * beside.x / float(rings), around = shape.yz * vec2(-toward.y, toward.x) * (PI / float(directions) * at);\n"
     "float shrink = whole_ray ? middle.x * middle.w - middle.y * middle.z : 0.0;\n"
     "float spread = whole_ray ? max(max(abs(dot(grows, radial)), abs(dot(grows, around))), 1e-20) : 1e30;\n"
-    ,
     "float flat_share = max(even, clamp(2.0 - abs(shrink) / spread, 0.0, 1.0)), chord = length(around);\n"
     "if (!split_mesh) weight.rb *= brighter.xy;\n"
     "vec2 spectrum = u_bands.x > 0.0 ? spectrum_of(int(a_instance.x), l1.y, h.x) : vec2(0.0), bundle = u_bands.x > 0.0 ? bundle_of(spectrum, ray_at) : vec2(0.0);\n"
@@ -11136,11 +11667,11 @@ static const char *const lflare__glsl_traced_vert[] = {
     "v_iris01 = vec4(to_sensor * vec2(stop_x.y, stop_y.y), to_sensor * vec2(stop_x.x, stop_y.x));\n"
     "v_iris2 = vec4(to_sensor * vec2(stop_x.z, stop_y.z), length(vec2(soft(beside.w) / u_lens.x, apart)), length(vec2(iris_soft / u_lens.x, apart)));\n"
     "v_rim = rims.yxz;\n"
+    ,
     "v_bulge = vec4(turn, 4.0 * clamp(0.125 * chord * chord * curved, 0.0, 0.05), vec2(fringe(shrink, whole.x, scale), fringe(shrink, beside.w, scale)) / u_lens.x);\n"
     "#endif\n"
     "vec2 position = vec2(local.x * axis.x - local.y * axis.y, local.x * axis.y + local.y * axis.x);\n"
-    "position += u_lens.y * (style1.x * slope + style1.y * vec2(-slope.y, slope.x));\n"
-    ,
+    "position += u_lens.y * (style1.x * slope + style1.y * vec2(-slope.y, slope.x)) + style2.xy;\n"
     "gl_Position = vec4(-(position - u_half.zw) / u_half.xy, 0.0, 1.0);\n"
     "}\n"
     , NULL};
@@ -12545,6 +13076,8 @@ LFLARE_API lflare_result lflare_file_read(const char *path, lflare_realloc alloc
 
 #undef LFLARE__PI
 #undef LFLARE__PATCHES
+#undef LFLARE__BUDGETS
+#undef LFLARE__APART
 #undef LFLARE__OUTLINE_APART
 #undef LFLARE__NM_D
 #undef LFLARE__NM_F

@@ -42,6 +42,7 @@ static const char help[] =
     "                [--rotation DEG] [--curvature 0..1] [--radius MRAD] [--backend software|gl] [--ghosts-only]\n"
     "                [--exposure EV] [--model paraxial|polynomial|traced|reference] [--fit FILE] [--wavelengths N] [--cells N]\n"
     "                [iris options] [paths] [--ringing on|off] [--streak SHARE] [--squeeze S]\n"
+    "                [--budget N] [--vertices N] [--pixels N] [--imperfection SHARE]\n"
     "      the flare of one light: ghosts with diffraction's fringes at their edges, starburst, and a horizontal streak if asked\n"
     "      for; --ghosts-only: ghosts with plain edges, as rays have them, unless --ringing on. PNG is tone-mapped; PFM holds linear multiples of the light's irradiance. --backend gl\n"
     "      needs no window: EGL draws, or else OSMesa (the environment's GL_HOST=egl or osmesa picks one)\n"
@@ -50,6 +51,8 @@ static const char help[] =
     "      model of undistorted ghosts\n"
     "      --model traced: exact rays at every vertex of a mesh, in each frame; no fit needed\n"
     "      --wavelengths: 3 (650, 510, 475 nm) to 32 (400 to 700 nm, CIE 1931) of polynomial and traced ghosts, to 256 of the reference\n"
+    "      --budget: the N strongest ghosts; --vertices, --pixels: what they may take of a GPU\n"
+    "      --imperfection: elements off the axis by up to that share of their radius (0.001 is good)\n"
     "      --model reference: meshes of exact rays from a point of light, slow; N cells along a side of each ghost's entrance, or\n"
     "      finer and finer until two pictures agree to 52 dB\n"
     "  flare starburst LENS -o OUT.png|OUT.pfm [--size N] [--width MM] [--fnumber N] [--blades N] [--rotation DEG]\n"
@@ -191,12 +194,12 @@ typedef struct options {
     int operand_count;
     const char *out, *layers, *fit, *mask;
     lflare_model model; /* AUTO where `reference` is set, too */
-    int json, csv, ghosts_only, gl, reference, wavelengths, cells, has_radius, rays, dust, scratches, grating, seed, ringing;
+    int json, csv, ghosts_only, gl, reference, wavelengths, cells, has_radius, rays, dust, scratches, grating, seed, ringing, budget, vertices, pixels;
     int width, height, blades, has_ray;
     lflare_pair ghost;  /* surfaces from 1, 0 for none */
     lflare_paths paths;
     double ray[2], lambda;
-    double ax, ay, fov, fnumber, rotation, curvature, radius, exposure, lambda0, angle, softness, streak, squeeze, sensor_width;
+    double ax, ay, fov, fnumber, rotation, curvature, radius, exposure, lambda0, angle, softness, streak, squeeze, sensor_width, imperfection;
 } options;
 
 static double number(const char *option, const char *text, double lo, double hi)
@@ -322,6 +325,10 @@ static options parse(int argc, char **argv, const char *allowed, int operands)
         else if (strcmp(name, "--scratches") == 0) o.scratches = whole_number(name, value, 0, LFLARE_MAX_MARKS);
         else if (strcmp(name, "--grating") == 0) o.grating = whole_number(name, value, 0, LFLARE_MASK_SIZE / 4);
         else if (strcmp(name, "--seed") == 0) o.seed = whole_number(name, value, 0, 1000000000);
+        else if (strcmp(name, "--budget") == 0) o.budget = whole_number(name, value, 1, 1000000000);
+        else if (strcmp(name, "--vertices") == 0) o.vertices = whole_number(name, value, 1, 1000000000);
+        else if (strcmp(name, "--pixels") == 0) o.pixels = whole_number(name, value, 1, 1000000000);
+        else if (strcmp(name, "--imperfection") == 0) o.imperfection = number(name, value, 0, 0.1);
         else if (strcmp(name, "--softness") == 0) o.softness = number(name, value, 0, 0.5);
         else if (strcmp(name, "--streak") == 0) o.streak = number(name, value, 0, 1);
         else if (strcmp(name, "--squeeze") == 0) o.squeeze = number(name, value, 0.125, 8);
@@ -1266,7 +1273,7 @@ static int command_render(int argc, char **argv)
     static lflare_lens lens;
     options o = parse(argc, argv,
                       " -o --size --angle --fov --fnumber --blades --rotation --curvature --radius --model --backend --ghosts-only --exposure "
-                      "--wavelengths --cells --fit " IRIS_OPTIONS PATH_OPTIONS "--streak --squeeze --ringing ", 1);
+                      "--wavelengths --cells --fit " IRIS_OPTIONS PATH_OPTIONS "--streak --squeeze --ringing --budget --vertices --pixels --imperfection ", 1);
     lflare_desc desc = {0};
     lflare_view view = {0};
     lflare_light light = {0};
@@ -1291,6 +1298,13 @@ static int command_render(int argc, char **argv)
     if (o.reference && (o.mask != NULL || o.dust + o.scratches + o.grating > 0 || o.softness > 0 || o.streak > 0))
         complain("--model reference draws ghosts of sharp blades alone");
     mask = mask_of(&o, &desc.settings.mask);
+    if (o.reference && (o.budget > 0 || o.vertices > 0 || o.pixels > 0 || o.imperfection > 0))
+        complain("--model reference draws every ghost of a perfect lens");
+    desc.settings.ghost_budget = o.budget;
+    desc.settings.vertex_budget = o.vertices;
+    desc.settings.pixel_budget = o.pixels;
+    desc.settings.imperfection = (float)o.imperfection;
+    desc.settings.imperfection_seed = (uint32_t)o.seed;
     desc.settings.iris_softness = (float)o.softness;
     desc.settings.streak.share = (float)o.streak;
     desc.settings.blade_rotation = (float)(o.rotation * DEGREE);

@@ -10,7 +10,7 @@ invariant gl_Position; /* both programs put shared corners on the same pixels */
 in uvec4 a_instance; /* ghost, light, patch, band */
 
 const int CORNERS = 16, EDGES = 5, RIMS = 12, SAMPLES = 64;
-const int LENS_TEXELS = 4 + 3 * RIMS, SETTINGS_TEXELS = 2 * SAMPLES + 2, ROW = 1024;
+const int LENS_TEXELS = 4 + 3 * RIMS, SETTINGS_TEXELS = 2 * SAMPLES + 11, ROW = 1024;
 const float PI = 3.14159265, PIXEL_VARIANCE = 0.715 * 0.715 / 5.0;
 
 #ifdef RIM
@@ -24,6 +24,18 @@ flat out vec4 v_irradiance;
 
 vec4 lens_texel(int i) { return texelFetch(u_lens_table, ivec2(i % ROW, i / ROW), 0); }
 vec4 settings_texel(int i) { return texelFetch(u_settings_table, ivec2(i % ROW, i / ROW), 0); }
+
+/* lflare__style_tint: what a ramp of `left` + 1 stops, the first at texel `at`, does to the tint at a field angle */
+vec3 ramp(int at, int left, float angle)
+{
+    vec4 a = settings_texel(at), b = left > 0 ? settings_texel(at + 1) : a;
+    for (; left > 1 && angle > b.w; left--) {
+        at++;
+        a = b;
+        b = settings_texel(at + 1);
+    }
+    return mix(a.rgb, b.rgb, left > 0 ? clamp((angle - a.w) / (b.w - a.w), 0.0, 1.0) : 0.0);
+}
 
 struct Edge {
     vec3 gain, offset, inner, outer;
@@ -132,11 +144,12 @@ void main()
     int ghost = int(a_instance.x), light = int(a_instance.y), i;
     vec4 l0 = u_lights[light * 4], l1 = u_lights[light * 4 + 1], l2 = u_lights[light * 4 + 2];
     vec2 slope = l0.xy, axis = l0.zw;
-    vec3 irradiance = l2.yzw * u_strip.y;
+    vec3 irradiance = l2.yzw * u_strip.y * (1.0 - float(a_instance.w >> 10) / 63.0); /* see lflare_instance */
     int place = int(u_lights[light * 4 + 3].x);
     int lens = ghost * LENS_TEXELS, settings = ghost * SETTINGS_TEXELS;
     vec4 h0 = lens_texel(lens), h1 = lens_texel(lens + 1), h2 = lens_texel(lens + 2);
-    vec4 style0 = settings_texel(settings + 2 * SAMPLES), style1 = settings_texel(settings + 2 * SAMPLES + 1);
+    vec4 style0 = settings_texel(settings + 2 * SAMPLES), style1 = settings_texel(settings + 2 * SAMPLES + 1), style2 = settings_texel(settings + 2 * SAMPLES + 2);
+    if (style2.z > 0.0) style0.rgb *= ramp(settings + 2 * SAMPLES + 3, int(style2.z) - 1, l1.y);
     gl_Position = vec4(2.0, 2.0, 0.0, 1.0);
     if (place < int(u_strip.x)) irradiance *= uintBitsToFloat(texelFetch(u_visibility, ivec2(place, 0), 0).r);
 
@@ -255,6 +268,6 @@ void main()
 #else
     v_position = position;
 #endif
-    vec2 shift = u_lens.y * (style1.x * slope + style1.y * vec2(-slope.y, slope.x));
+    vec2 shift = u_lens.y * (style1.x * slope + style1.y * vec2(-slope.y, slope.x)) + style2.xy;
     gl_Position = vec4(-(position + shift - u_half.zw) / u_half.xy, 0.0, 1.0); /* the picture is the sensor turned round */
 }

@@ -7,7 +7,7 @@ uniform highp usampler2D u_visibility;
 invariant gl_Position; /* both programs put shared vertices on the same pixels */
 in uvec4 a_instance; /* ghost, light, patch, band */
 
-const int KNOT_TEXELS = 2, DIRECTIONS = 9, RINGS = 5, BANDS = 3, MESH_ROW = 2048;
+const int KNOT_TEXELS = 2, DIRECTIONS = 9, RINGS = 5, BANDS = 3, HEAD = 13, MESH_ROW = 2048;
 
 centroid out vec3 v_irradiance, v_flux; /* see patch.frag.glsl */
 centroid out float v_most;
@@ -69,11 +69,12 @@ float last(int ring, int direction) { return smooth_texel(vertex(ring, direction
 
 void main()
 {
-    int ghost = int(a_instance.x) * 4, light = int(a_instance.y) * 4, patch_index = int(a_instance.z);
-    vec4 h0 = ghosts(ghost), h1 = ghosts(ghost + 1), style0 = ghosts(ghost + 2), style1 = ghosts(ghost + 3);
+    int ghost = int(a_instance.x) * HEAD, light = int(a_instance.y) * 4, patch_index = int(a_instance.z);
+    vec4 h0 = ghosts(ghost), h1 = ghosts(ghost + 1), style0 = ghosts(ghost + 2), style1 = ghosts(ghost + 3), style2 = ghosts(ghost + 4);
     vec4 l0 = u_lights[light], l1 = u_lights[light + 1], l2 = u_lights[light + 2];
+    if (style2.z > 0.0) style0.rgb *= ramp(ghost + 5, int(style2.z) - 1, l1.y);
     vec2 slope = l0.xy, axis = l0.zw;
-    vec3 irradiance = l2.yzw * u_strip.y;
+    vec3 irradiance = l2.yzw * u_strip.y * (1.0 - float(a_instance.w >> 10) / 63.0); /* see lflare_instance */
     int place = int(u_lights[light + 3].x);
     gl_Position = vec4(2.0, 2.0, 0.0, 1.0);
     v_irradiance = v_flux = vec3(0.0);
@@ -210,6 +211,6 @@ void main()
     v_bulge = vec4(turn, 4.0 * bulge, vec2(fringe(real_shrink, whole.y, scale), fringe(real_shrink, split_mesh ? t1.w : t4.z, scale)) / u_lens.x);
 #endif
     vec2 position = vec2(local.x * axis.x - local.y * axis.y, local.x * axis.y + local.y * axis.x);
-    position += u_lens.y * (style1.x * slope + style1.y * vec2(-slope.y, slope.x));
+    position += u_lens.y * (style1.x * slope + style1.y * vec2(-slope.y, slope.x)) + style2.xy;
     gl_Position = vec4(-(position - u_half.zw) / u_half.xy, 0.0, 1.0);
 }

@@ -18,6 +18,18 @@ float spectrum_at(vec2 spectrum, int row, vec2 bundle)
 }
 
 #ifdef PATCH_VERTEX
+/* lflare__style_tint: what a ramp of `left` + 1 stops, the first at texel `at`, does to the tint at a field angle */
+vec3 ramp(int at, int left, float angle)
+{
+    vec4 a = ghosts(at), b = left > 0 ? ghosts(at + 1) : a;
+    for (; left > 1 && angle > b.w; left--) {
+        at++;
+        a = b;
+        b = ghosts(at + 1);
+    }
+    return mix(a.rgb, b.rgb, left > 0 ? clamp((angle - a.w) / (b.w - a.w), 0.0, 1.0) : 0.0);
+}
+
 float g_lamp; /* lamp's radius times the override's scale */
 
 float soft(float lamp)

@@ -5,9 +5,9 @@ uniform highp sampler2D u_traced_lens;   /* per surface: surface, its terms, fil
 uniform highp usampler2D u_visibility;
 
 invariant gl_Position; /* both programs put shared vertices on the same pixels */
-in uvec4 a_instance; /* ghost, light, patch, knot before the light's field angle */
+in uvec4 a_instance; /* ghost, light, patch, band: see lflare_instance */
 
-const int DIRECTIONS = 9, RINGS = 5, BANDS = 3, ROW = 1024, SURFACE = 131, GHOST = 798, OUTLINE = 265, KNOTS = 12, KNOT = 22, SIDES = 17;
+const int DIRECTIONS = 9, RINGS = 5, BANDS = 3, ROW = 1024, SURFACE = 131, STYLE = 11, GHOST = 796 + STYLE, OUTLINE = 265, KNOTS = 12, KNOT = 22, SIDES = 17;
 const float PI = 3.14159265;
 
 centroid out vec3 v_irradiance, v_flux; /* see patch.frag.glsl */
@@ -201,10 +201,11 @@ float last_at(float at, vec2 toward, vec4 shape)
 void main()
 {
     int ghost = int(a_instance.x) * GHOST, light = int(a_instance.y) * 4, patch_index = int(a_instance.z);
-    vec4 style0 = ghosts(ghost + 1), style1 = ghosts(ghost + 2), l0 = u_lights[light], l1 = u_lights[light + 1], l2 = u_lights[light + 2];
+    vec4 style0 = ghosts(ghost + 1), style1 = ghosts(ghost + 2), style2 = ghosts(ghost + 3), l0 = u_lights[light], l1 = u_lights[light + 1], l2 = u_lights[light + 2];
+    if (style2.z > 0.0) style0.rgb *= ramp(ghost + 4, int(style2.z) - 1, l1.y);
     vec2 slope = l0.xy, axis = l0.zw;
-    vec3 irradiance = l2.yzw * u_strip.y;
-    int place = int(u_lights[light + 3].x), first = int(a_instance.w), outline = ghost + 3 + OUTLINE;
+    vec3 irradiance = l2.yzw * u_strip.y * (1.0 - float(a_instance.w >> 10) / 63.0); /* see lflare_instance */
+    int place = int(u_lights[light + 3].x), first = int(a_instance.w & 15u), outline = ghost + 1 + STYLE + OUTLINE;
     gl_Position = vec4(2.0, 2.0, 0.0, 1.0);
     v_irradiance = v_flux = vec3(0.0);
     v_entrance = vec2(0.0);
@@ -216,10 +217,13 @@ void main()
     v_spectrum = v_bundle = vec2(0.0);
 #endif
     if (place < int(u_strip.x)) irradiance *= uintBitsToFloat(texelFetch(u_visibility, ivec2(place, 0), 0).r);
-    int code = int(ghosts(outline + 1 + first * KNOT + 2).w), rings = code & 63, directions = (code & 64) != 0 ? 32 : 16; /* lflare__mesh_code */
+    int code = int(ghosts(outline + 1 + first * KNOT + 2).w), rings = code & 63, directions = (code & 64) != 0 ? 32 : 16; /* lflare__mesh_code, then lflare__code_coarser */
+    for (int levels = int(a_instance.w >> 8) & 3; levels > 0; levels--)
+        if (rings > 4) rings /= 2;
+        else directions = 16;
     bool split_mesh = (code & 128) != 0, ragged = (code & 256) != 0;
     int sectors = directions / 4, blocks = rings / 4, mesh = split_mesh ? patch_index / (sectors * blocks) : -1, block = patch_index / sectors % blocks;
-    if (split_mesh && u_bands.x == 0.0) outline = ghost + 3 + mesh * OUTLINE;
+    if (split_mesh && u_bands.x == 0.0) outline = ghost + 1 + STYLE + mesh * OUTLINE;
     vec4 h = ghosts(outline);
 #ifdef PATCH_STRIP
     bool drawn = ragged || block == blocks - 1;
@@ -344,6 +348,6 @@ void main()
     v_bulge = vec4(turn, 4.0 * clamp(0.125 * chord * chord * curved, 0.0, 0.05), vec2(fringe(shrink, whole.x, scale), fringe(shrink, beside.w, scale)) / u_lens.x);
 #endif
     vec2 position = vec2(local.x * axis.x - local.y * axis.y, local.x * axis.y + local.y * axis.x);
-    position += u_lens.y * (style1.x * slope + style1.y * vec2(-slope.y, slope.x));
+    position += u_lens.y * (style1.x * slope + style1.y * vec2(-slope.y, slope.x)) + style2.xy;
     gl_Position = vec4(-(position - u_half.zw) / u_half.xy, 0.0, 1.0);
 }

@@ -454,6 +454,85 @@ static void bench_models(lflare_gl *gl, const char *path)
     free(fit);
 }
 
+static double light_in(const float *pixels)
+{
+    double sum = 0;
+    size_t i;
+    for (i = 0; i < (size_t)4 * W * H; i++) sum += i % 4 != 3 ? (double)pixels[i] : 0;
+    return sum;
+}
+
+/* One frame within budgets (0 = none): milliseconds, light, what is drawn. Budgets are read by frames alone, so tables need not be made anew. */
+static double within_budget(lflare_gl *gl, const lflare *flare, int32_t ghosts, int32_t vertices, int32_t pixels, double *light, double *fragments, int32_t *instances)
+{
+    static float picture_of[4 * W * H];
+    lflare_tables t = *lflare_get_tables(flare);
+    lflare_frame_data f = *lflare_get_frame(flare);
+    lflare_view view = {0};
+    lflare_light lamp = {{0.0954f, 0, -1}, {1, 1, 1}, {0}, 0, 0, 0};
+    GLuint query, passed = 0;
+    double times[FRAMES];
+    int k;
+    view.width = W;
+    view.height = H;
+    t.ghost_budget = ghosts;
+    t.vertex_budget = vertices;
+    t.pixel_budget = pixels;
+    lflare_frame_build(&t, &view, &lamp, 1, &f);
+    glGenQueries(1, &query);
+    glBeginQuery(GL_SAMPLES_PASSED, query);
+    glClear(GL_COLOR_BUFFER_BIT);
+    lflare_gl_draw(gl, &t, &f);
+    glEndQuery(GL_SAMPLES_PASSED);
+    glGetQueryObjectuiv(query, GL_QUERY_RESULT, &passed);
+    glDeleteQueries(1, &query);
+    glReadPixels(0, 0, W, H, GL_RGBA, GL_FLOAT, picture_of);
+    *light = light_in(picture_of);
+    *fragments = (double)passed;
+    *instances = f.instance_count;
+    for (k = 0; k < 5; k++) {
+        double start = now();
+        lflare_gl_draw(gl, &t, &f);
+        glFinish();
+        times[k] = 1e3 * (now() - start);
+    }
+    qsort(times, 5, sizeof times[0], by_value);
+    return times[2];
+}
+
+static int32_t ghosts_in(const lflare_frame_data *f)
+{
+    int32_t i, count = 0;
+    for (i = 0; i < f->instance_count; i++) count += i == 0 || f->instances[i].ghost != f->instances[i - 1].ghost;
+    return count;
+}
+
+/* What budgets give, wide open: the weakest fifth of the ghosts left out, half the vertices, half the fragments. */
+static void bench_budgets(lflare_gl *gl, const char *path, int traced)
+{
+    static const char *const names[4] = {"everything", "without the weakest fifth", "half the vertices", "half the fragments"};
+    lflare_settings settings = ghosts_alone();
+    lflare_view view = {0};
+    lflare_light lamp = {{0.0954f, 0, -1}, {1, 1, 1}, {0}, 0, 0, 0};
+    double ms[4], light[4], fragments[4];
+    int32_t instances[4], each = traced ? LFLARE_PATCH_DIRECTIONS * (LFLARE_PATCH_RINGS + LFLARE_PATCH_BANDS) : LFLARE__GL_INSIDE + LFLARE__GL_RING, ghosts;
+    lflare *flare;
+    int i;
+    settings.model = traced ? LFLARE_MODEL_TRACED : LFLARE_MODEL_PARAXIAL;
+    flare = open_lens(path, &settings, NULL);
+    view.width = W;
+    view.height = H;
+    lflare_frame(flare, &view, &lamp, 1);
+    ghosts = ghosts_in(lflare_get_frame(flare));
+    printf("gl, %s, %s, budgets, %d ghosts in the frame\n", name_of(flare), traced ? "traced" : "paraxial", (int)ghosts);
+    for (i = 0; i < 4; i++) {
+        ms[i] = within_budget(gl, flare, i == 1 ? ghosts - ghosts / 5 : 0, i == 2 ? instances[0] * each / 2 : 0, i == 3 ? (int32_t)(fragments[0] / 2) : 0, &light[i], &fragments[i], &instances[i]);
+        printf("  %-25s %8.2f ms (%.2f of it), %7d vertices (%.3f), %6.2f million fragments (%.3f), light %.4f\n", names[i], ms[i], ms[i] / ms[0], (int)(instances[i] * each),
+               (double)instances[i] / instances[0], 1e-6 * fragments[i], fragments[i] / fragments[0], light[i] / light[0]);
+    }
+    lflare_destroy(flare);
+}
+
 /* What fringes and starbursts cost beside ghosts with plain edges. */
 static void bench_diffraction(lflare_gl *gl, const char *path, double fnumber)
 {
@@ -505,6 +584,7 @@ static void bench_gpu(void)
     bench_diffraction(gl, "lenses/nikon-80-200-mid.lens", 2.8);
     bench_models(gl, "lenses/heliar-tronnier.lens");
     bench_models(gl, "lenses/nikon-80-200-mid.lens");
+    for (i = 0; i < 4; i++) bench_budgets(gl, i < 2 ? "lenses/heliar-tronnier.lens" : "lenses/nikon-80-200-mid.lens", i % 2);
     if (glGetError() != GL_NO_ERROR) printf("gl: GL complained\n");
     lflare_gl_destroy(gl);
     lflare_gl_destroy(throwing);

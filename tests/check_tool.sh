@@ -343,6 +343,18 @@ refused "an unknown picture format" "\.png or \.pfm" render $heliar -o "$dir/c.j
 refused "a folder that is not there" "cannot be written" render $heliar -o "$dir/no/c.png"
 refused "two blades" "3 to 16" render $heliar -o "$dir/c.png" --blades 2
 refused "an unknown model" "^flare: --model: 'paraxial', 'polynomial', 'traced' or 'reference' was expected, not 'exact'" render $heliar -o "$dir/c.png" --model exact
+# budgets leave out weak ghosts, imperfections move them
+budget="render $heliar --size 96x54 --angle 5,3 --ghosts-only"
+"$flare" $budget -o "$dir/all.pfm" && "$flare" $budget -o "$dir/most.pfm" --budget 1000 --vertices 100000 --pixels 100000000 && "$flare" $budget -o "$dir/three.pfm" --budget 3 &&
+    "$flare" $budget -o "$dir/few.pfm" --vertices 200 && "$flare" $budget -o "$dir/small.pfm" --pixels 9000 && "$flare" $budget -o "$dir/bad.pfm" --imperfection 0.01 --seed 3
+cmp -s "$dir/all.pfm" "$dir/most.pfm" && ! cmp -s "$dir/all.pfm" "$dir/three.pfm" && ! cmp -s "$dir/all.pfm" "$dir/few.pfm" && ! cmp -s "$dir/all.pfm" "$dir/small.pfm" && ! cmp -s "$dir/all.pfm" "$dir/bad.pfm"
+result $? "budgets that are large change nothing, small ones and imperfections do"
+refused "a budget of nothing" '^flare: --budget: ' render $heliar -o "$dir/c.png" --budget 0
+refused "a budget of half a ghost" 'whole number' render $heliar -o "$dir/c.png" --budget 2.5
+refused "pixels below 1" '^flare: --pixels: ' render $heliar -o "$dir/c.png" --pixels -5
+refused "vertices that are no number" '^flare: --vertices: ' render $heliar -o "$dir/c.png" --vertices many
+refused "a broken lens" '^flare: --imperfection: ' render $heliar -o "$dir/c.png" --imperfection 0.5
+refused "budgets of the reference" '^flare: --model reference draws every ghost' render $heliar -o "$dir/c.png" --model reference --budget 3
 refused "two wavelengths" '^flare: --wavelengths: ' render $heliar -o "$dir/c.png" --model reference --wavelengths 2
 refused "a share of a cell" 'whole number' render $heliar -o "$dir/c.png" --model reference --cells 20.5
 refused "cells of the paraxial model" '^flare: --cells belongs to --model reference$' render $heliar -o "$dir/c.png" --cells 20

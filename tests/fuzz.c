@@ -264,6 +264,9 @@ static void make_settings(rng *r, const lflare_lens *lens, lflare_settings *s, l
     s->exposure_ev = betweenf(r, -8, 8);
     if (below(r, 6) == 0) s->ghost_budget = 1 + below(r, 20);
     if (below(r, 6) == 0) s->min_flux = betweenf(r, 0, 0.1);
+    if (below(r, 6) == 0) s->vertex_budget = 1 + below(r, 20000);
+    if (below(r, 6) == 0) s->pixel_budget = 1 + below(r, 100000);
+    if (below(r, 6) == 0) s->imperfection = betweenf(r, 0, 0.1);
     s->paper_clipping = below(r, 5) == 0;
     if (below(r, 2) && lens->ghost_count > 0) {
         lflare_pair *pairs = (lflare_pair *)malloc(sizeof(lflare_pair) * (size_t)lens->ghost_count);

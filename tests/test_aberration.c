@@ -796,7 +796,7 @@ static void create_with_fit_fails(void **state)
     const subject *s = &subjects[HELIAR];
     ledger l;
     lflare_desc desc = a_desc(s);
-    lflare_override tint = {3, 1, 0, {1, 0.5f, 0.5f}, 0, 0, {0, 0}, 0, 0};
+    lflare_override tint = {3, 1, 0, {1, 0.5f, 0.5f}, 0, 0, {0, 0}, 0, {{{0, 0, 0}, 0}}, 0, 0};
     lflare_error error;
     lflare *flare;
     long n;

@@ -428,6 +428,140 @@ static void traced_equals_software(int es)
     gl_host_close(&context);
 }
 
+/* Budgets of vertices and pixels, wide open: GL counts the fragments, instances say the vertices. None is passed by more than 5 %, and
+   where ghosts are left out one of them is used to 93 % at least, or what is left is less than a ghost of the frame's size. */
+static double fragments_of(lflare_gl *gl, const lflare_tables *t, const lflare_frame_data *f)
+{
+    GLuint query, passed = 0;
+    glGenQueries(1, &query);
+    glBeginQuery(GL_SAMPLES_PASSED, query);
+    assert_int_equal(lflare_gl_draw(gl, t, f), LFLARE_OK);
+    glEndQuery(GL_SAMPLES_PASSED);
+    glGetQueryObjectuiv(query, GL_QUERY_RESULT, &passed);
+    glDeleteQueries(1, &query);
+    return (double)passed;
+}
+
+static void budgets_are_kept(void **state)
+{
+    static const char *const paths[2] = {"lenses/heliar-tronnier.lens", "lenses/nikon-80-200-mid.lens"};
+    static const int32_t budgets[5][2] = {{0, 4000000}, {0, 8000000}, {300, 0}, {20000, 0}, {30000, 6000000}}; /* vertices, pixels; of the Nikon three times as many */
+    static const float places[3][2] = {{0.02f, 0.01f}, {0.0954f, 0}, {0.12f, 0.05f}};
+    lflare_gl_desc desc = describe();
+    lflare_gl *gl;
+    double most = 0, least = 9;
+    int l, b, p, traced;
+    (void)state;
+    if (!open_target(0)) skip();
+    gl = create(&desc);
+    for (l = 0; l < 2; l++)
+        for (traced = 0; traced < 2; traced++) {
+            lflare *flare = open_lens(paths[l], 0, 0);
+            lflare_frame_data f;
+            lflare_tables t;
+            lflare_settings settings;
+            memset(&settings, 0, sizeof settings);
+            settings.no_starburst = settings.no_ringing = 1;
+            settings.model = traced ? LFLARE_MODEL_TRACED : LFLARE_MODEL_PARAXIAL;
+            assert_int_equal(lflare_configure(flare, &settings, NULL), LFLARE_OK);
+            for (b = 0; b < 5; b++)
+                for (p = 0; p < 3; p++) {
+                    lflare_light lights[2];
+                    lflare_view view;
+                    double vertices, fragments, used = 0, spare = 0, each = traced ? 72 : 52;
+                    int32_t all;
+                    memset(lights, 0, sizeof lights);
+                    memset(&view, 0, sizeof view);
+                    view.width = W;
+                    view.height = H;
+                    lights[0].direction[0] = places[p][0];
+                    lights[0].direction[1] = lights[1].direction[0] = places[p][1];
+                    lights[0].direction[2] = lights[1].direction[2] = -1;
+                    lights[0].color[0] = lights[0].color[1] = lights[0].color[2] = lights[1].color[1] = 1;
+                    assert_int_equal(lflare_frame(flare, &view, lights, 1 + b % 2), LFLARE_OK);
+                    f = *lflare_get_frame(flare);
+                    t = *lflare_get_tables(flare);
+                    all = f.instance_count;
+                    t.vertex_budget = budgets[b][0] * (1 + 2 * l);
+                    t.pixel_budget = budgets[b][1] * (1 + 2 * l);
+                    assert_int_equal(lflare_frame_build(&t, &view, lights, 1 + b % 2, &f), LFLARE_OK);
+                    assert_true(f.lights[0].image[0] == t.efl * f.lights[0].slope[0]);
+                    vertices = f.instance_count * each;
+                    fragments = fragments_of(gl, &t, &f);
+                    if (t.vertex_budget > 0) {
+                        used = vertices / t.vertex_budget;
+                        spare = each * (traced ? 4 + 20 * (1 - l) : 1) / t.vertex_budget; /* a level of the density of one */
+                        assert_true(used <= 1);
+                    }
+                    if (t.pixel_budget > 0) {
+                        used = fmax(used, fragments / t.pixel_budget);
+                        spare = fmax(spare, l == 0 ? (double)W * H / t.pixel_budget : 0);
+                    }
+                    most = fmax(most, used);
+                    if (f.instance_count < all && l == 1) least = fmin(least, used + spare);
+                    if (used > 1.05 || (f.instance_count < all && used + spare < 0.93))
+                        fail_msg("%s, %s, budgets %d %d, place %d: %.0f vertices, %.0f fragments", paths[l], traced ? "traced" : "paraxial", t.vertex_budget, t.pixel_budget, p, vertices, fragments);
+                }
+            lflare_destroy(flare);
+        }
+    print_message("budgets: at most %.3f of them used, where there is more to draw at least %.3f (Nikon)\n", most, least);
+    lflare_gl_destroy(gl);
+    gl_host_close(&context);
+}
+
+/* What styles and budgets add to a ghost, each model: ramps of colours, elements off the axis, ghosts that fade and meshes that give up density. */
+static void styles_equal_software(void **state)
+{
+    lflare_gl_desc desc = describe();
+    lflare_gl *gl;
+    GLuint many, colors;
+    int model, i, off;
+    (void)state;
+    if (!open_target(0)) skip();
+    many = open_samples(&colors);
+    gl = create(&desc);
+    for (model = LFLARE_MODEL_PARAXIAL; model <= LFLARE_MODEL_TRACED; model++) {
+        static const lflare_stop ramp[3] = {{{2, 1, 0}, 0.02f}, {{0, 1, 1}, 0.1f}, {{1, 0.2f, 3}, 0.2f}};
+        lflare *plain = open_lens("lenses/heliar-tronnier.lens", 0, 0), *flare;
+        const lflare_tables *t = lflare_get_tables(plain);
+        lflare_override overrides[2];
+        lflare_settings settings;
+        void *fit = NULL;
+        size_t size = 0;
+        double found;
+        if (model == LFLARE_MODEL_POLYNOMIAL) assert_int_equal(lflare_aberration_fit(lflare_get_lens(plain), NULL, &fit, &size, NULL), LFLARE_OK);
+        flare = open_lens_with("lenses/heliar-tronnier.lens", 0, 0, fit, size);
+        memset(&settings, 0, sizeof settings);
+        memset(overrides, 0, sizeof overrides);
+        for (i = 0; i < 2; i++) {
+            overrides[i].first = t->pairs[3 + i].first + 1;
+            overrides[i].second = t->pairs[3 + i].second + 1;
+            overrides[i].ramp_count = 3 - 2 * i;
+            memcpy(overrides[i].ramp, ramp, sizeof ramp);
+        }
+        settings.overrides = overrides;
+        settings.override_count = 2;
+        settings.model = (lflare_model)model;
+        settings.no_starburst = settings.no_ringing = 1;
+        settings.fnumber = 8;
+        settings.imperfection = 0.02f;
+        settings.imperfection_seed = 7;
+        settings.vertex_budget = model == LFLARE_MODEL_PARAXIAL ? 1000 : model == LFLARE_MODEL_TRACED ? 9000 : 20000;
+        settings.pixel_budget = 9000000;
+        assert_int_equal(lflare_configure(flare, &settings, NULL), LFLARE_OK);
+        found = draw_both(gl, flare, 5.45f, 0.002f, model == LFLARE_MODEL_PARAXIAL ? 0 : many, &off);
+        print_message("ramps, imperfections and budgets, model %d: %.1f dB\n", model, found);
+        assert_true(found >= 45);
+        lflare_destroy(flare);
+        lflare_destroy(plain);
+        free(fit);
+    }
+    glDeleteFramebuffers(1, &many);
+    glDeleteRenderbuffers(1, &colors);
+    lflare_gl_destroy(gl);
+    gl_host_close(&context);
+}
+
 /* What changes from one picture to the next, as a share of the light. */
 static double change(const float *a, const float *b)
 {
@@ -1562,6 +1696,8 @@ int main(void)
         cmocka_unit_test(traced_equals_software_gl),
         cmocka_unit_test(traced_equals_software_es),
         cmocka_unit_test(meshes_equal_software_es),
+        cmocka_unit_test(budgets_are_kept),
+        cmocka_unit_test(styles_equal_software),
         cmocka_unit_test(everything_gl),
         cmocka_unit_test(everything_es),
         cmocka_unit_test(meshes_move_smoothly),

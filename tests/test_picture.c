@@ -1221,6 +1221,174 @@ static void budget(void **state)
     lflare_destroy(flare);
 }
 
+/* A ramp multiplies the tint at the light's field angle: before its first stop, between two, beyond the last. */
+static void ramps(void **state)
+{
+    static const double angles[3] = {0.01, 0.0375, 0.06}; /* along x */
+    static const double expected[3][3] = {{2, 1, 0}, {1.25, 1, 1.5}, {0.5, 1, 3}};
+    lflare_view view = view_of(160, 120);
+    lflare_override change;
+    lflare *plain, *flare;
+    int i, k;
+    (void)state;
+    memset(&change, 0, sizeof change);
+    plain = open_solo(HELIAR, 16, 2, change);
+    change.ramp_count = 2;
+    change.ramp[0].rgb[0] = 2;
+    change.ramp[0].rgb[1] = change.ramp[1].rgb[1] = 1;
+    change.ramp[0].rgb[2] = -5; /* counts as 0 */
+    change.ramp[0].angle = 0.025f;
+    change.ramp[1].rgb[0] = 0.5f;
+    change.ramp[1].rgb[2] = 3;
+    change.ramp[1].angle = 0.05f;
+    flare = open_solo(HELIAR, 16, 2, change);
+    for (i = 0; i < 3; i++) {
+        lflare_light light = light_at(tan(angles[i]), 0);
+        lflare_image a = picture(plain, &view, &light, 1), b = picture(flare, &view, &light, 1);
+        double sum[3], at[2], sum2[3];
+        moments(&a, sum, at);
+        moments(&b, sum2, at);
+        for (k = 0; k < 3; k++)
+            if (!(fabs(sum2[k] / sum[k] - expected[i][k]) < 1e-3)) fail_msg("light %d, channel %d: %g", i, k, sum2[k] / sum[k]);
+        free(a.pixels);
+        free(b.pixels);
+    }
+    lflare_destroy(plain);
+    lflare_destroy(flare);
+}
+
+/* Elements off the axis move a ghost by a constant, wherever the light is; the same seed is the same lens. */
+static void imperfections(void **state)
+{
+    lflare_view view = view_of(320, 240);
+    lflare *flare;
+    double first[2] = {0, 0};
+    float style[2][2];
+    int seed, i;
+    (void)state;
+    for (seed = 0; seed < 3; seed++) {
+        lflare_settings s = raw_at(16);
+        const lflare_tables *t;
+        int32_t count;
+        lflare_override none, *hidden;
+        memset(&none, 0, sizeof none);
+        flare = open_solo(HELIAR, 16, 2, none);
+        hidden = all_but(lflare_get_tables(flare), 2, &count);
+        s.overrides = hidden;
+        s.override_count = count;
+        for (i = 0; i < 2; i++) {
+            lflare_light light = light_at(0.04 * i, 0.01 * i);
+            double sum[3], at[2], moved[2];
+            lflare_image image;
+            s.imperfection = 0;
+            assert_int_equal(lflare_configure(flare, &s, NULL), LFLARE_OK);
+            image = picture(flare, &view, &light, 1);
+            moments(&image, sum, at);
+            free(image.pixels);
+            s.imperfection = 0.05f;
+            s.imperfection_seed = (uint32_t)seed / 2;
+            assert_int_equal(lflare_configure(flare, &s, NULL), LFLARE_OK);
+            t = lflare_get_tables(flare);
+            image = picture(flare, &view, &light, 1);
+            moments(&image, sum, moved);
+            free(image.pixels);
+            moved[0] -= at[0];
+            moved[1] -= at[1];
+            if (i == 0) memcpy(first, moved, sizeof first);
+            assert_true(hypot(moved[0], moved[1]) > 0.5 && hypot(moved[0] - first[0], moved[1] - first[1]) < 0.05); /* pixels */
+            if (seed == 0) memcpy(style[0], t->style + 2 * LFLARE_STYLE_FLOATS + 8, sizeof style[0]);
+            memcpy(style[1], t->style + 2 * LFLARE_STYLE_FLOATS + 8, sizeof style[1]);
+            assert_int_equal(memcmp(style[0], style[1], sizeof style[0]) == 0, seed < 2);
+        }
+        free(hidden);
+        lflare_destroy(flare);
+    }
+}
+
+/* Refused, and the old settings hold. */
+static void settings_out_of_range(void **state)
+{
+    lflare *flare;
+    lflare_override none;
+    lflare_error error;
+    int i;
+    (void)state;
+    memset(&none, 0, sizeof none);
+    flare = open_solo(HELIAR, 16, 2, none);
+    none.first = lflare_get_tables(flare)->pairs[0].first + 1;
+    none.second = lflare_get_tables(flare)->pairs[0].second + 1;
+    for (i = 0; i < 9; i++) {
+        lflare_settings s = raw_at(8);
+        lflare_override change = none;
+        s.overrides = &change;
+        s.override_count = 1;
+        if (i == 0) s.vertex_budget = -1;
+        if (i == 1) s.pixel_budget = -1;
+        if (i == 2) s.imperfection = -0.01f;
+        if (i == 3) s.imperfection = 0.2f;
+        if (i == 4) s.imperfection = (float)NAN;
+        if (i == 5) change.ramp_count = LFLARE_RAMP_STOPS + 1;
+        if (i == 6) change.ramp_count = -1;
+        if (i == 7) change.ramp_count = 2; /* angles do not rise */
+        if (i == 8) {
+            change.ramp_count = 1;
+            change.ramp[0].rgb[1] = (float)NAN;
+        }
+        assert_int_equal(lflare_configure(flare, &s, &error), LFLARE_ERROR_ARGUMENT);
+        assert_true(error.text[0] != 0);
+    }
+    lflare_destroy(flare);
+}
+
+/* Lights share budgets of pixels by brightness, what one does not need goes to the others; a slow light makes no ghost pop. */
+static void budgets_are_shared(void **state)
+{
+    lflare_view view;
+    lflare_light lights[2];
+    lflare *flare = standard(&view, lights);
+    lflare_tables t = *lflare_get_tables(flare);
+    lflare_frame_data f;
+    int32_t all, used[2], i, b, step;
+    (void)state;
+    assert_int_equal(lflare_frame(flare, &view, lights, 2), LFLARE_OK);
+    f = *lflare_get_frame(flare);
+    all = f.instance_count;
+    t.vertex_budget = 52 * all * 3; /* enough for all, three times: none fades */
+    assert_int_equal(lflare_frame_build(&t, &view, lights, 2, &f), LFLARE_OK);
+    assert_int_equal(f.instance_count, all);
+    for (i = 0; i < f.instance_count; i++) assert_int_equal(f.instances[i].band, 0);
+    for (b = 0; b < 2; b++) {
+        used[0] = used[1] = 0;
+        t.vertex_budget = 52 * 21;
+        for (i = 0; i < 3; i++) {
+            lights[0].color[i] = 1;
+            lights[1].color[i] = b == 0 ? 1 : 1e-3f;
+        }
+        assert_int_equal(lflare_frame_build(&t, &view, lights, 2, &f), LFLARE_OK);
+        for (i = 0; i < f.instance_count; i++) used[f.instances[i].light]++;
+        if (b == 0) assert_true(abs(used[0] - used[1]) <= 1 && used[0] + used[1] >= 20);
+        else assert_true(used[0] >= 20 && used[1] == 0);
+    }
+    t.vertex_budget = 0;
+    t.pixel_budget = 20000;
+    {
+        double before = -1, jump = 0, most = 0;
+        for (step = 0; step < 400; step++) { /* intensities given up, each ghost's share of the light weighed by its rank */
+            double sum = 0;
+            lights[0].direction[0] = 0.05f + 0.0001f * (float)step;
+            lights[0].direction[1] = 0.02f;
+            assert_int_equal(lflare_frame_build(&t, &view, lights, 1, &f), LFLARE_OK);
+            for (i = 0; i < f.instance_count; i++) sum += (double)t.rank[2 * f.instances[i].ghost] * (1 - (f.instances[i].band >> 10) / 63.0);
+            if (before >= 0) jump = fmax(jump, fabs(sum - before));
+            most = fmax(most, sum);
+            before = sum;
+        }
+        print_message("budget of 20000 pixels: what is drawn changes by at most %.4f of it from one of 400 places to the next\n", jump / most);
+        assert_true(jump < 0.02 * most);
+    }
+    lflare_destroy(flare);
+}
+
 static void odd_stops_render(void **state)
 {
     static const char *odd[2] = {"lensflare 1\nfnumber 8\nstop 5\n50 4 n 1.6\n-80 3\n70 4 n 1.7\n-300 focus\n",
@@ -1351,6 +1519,10 @@ int main(void)
         cmocka_unit_test(adds_to_what_is_there),
         cmocka_unit_test(overrides),
         cmocka_unit_test(budget),
+        cmocka_unit_test(ramps),
+        cmocka_unit_test(imperfections),
+        cmocka_unit_test(settings_out_of_range),
+        cmocka_unit_test(budgets_are_shared),
         cmocka_unit_test(odd_stops_render),
         cmocka_unit_test(light_is_linear),
         cmocka_unit_test(squeezed),
