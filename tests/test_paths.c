@@ -478,7 +478,8 @@ static void overrides(void **state)
         if (t->style[(size_t)g * LFLARE_STYLE_FLOATS] == 0) {
             hidden++;
             assert_true(same(&t->pairs[g], &lens.four[3]));
-            assert_true(t->head[(size_t)g * LFLARE_HEAD_FLOATS + 15] == (float)(lens.four[3].third * LFLARE_MAX_SURFACES + lens.four[3].fourth));
+            assert_true(t->head[(size_t)g * LFLARE_HEAD_FLOATS + 12] == (float)(lens.four[3].first + LFLARE_MAX_SURFACES * lens.four[3].third));
+            assert_true(t->head[(size_t)g * LFLARE_HEAD_FLOATS + 13] == (float)(lens.four[3].second + LFLARE_MAX_SURFACES * lens.four[3].fourth));
         }
     assert_int_equal(hidden, 1);
     lflare_destroy(flare);
