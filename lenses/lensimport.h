@@ -1408,7 +1408,7 @@ static lensimport_match lensimport__find_successor(const char *name, size_t size
 /* Without its maker's prefix (J-LAK14, E-FD10, MC-FD80) or a quality's suffix (SF6HT, SF57HTULTRA): the same glass type. */
 static lensimport_match lensimport__find_stripped(const char *name, size_t size, const char *prefer, lensimport_glass *out)
 {
-    static const char *const tails[] = {"HTULTRA", "ULTRA", "HTI", "HT", "W", "MOLD", "FG"};
+    static const char *const tails[] = {"HTULTRA", "ULTRA", "HTI", "HT", "W", "FG"};
     lensimport_match match = LENSIMPORT_MATCH_NONE;
     size_t i, k;
     for (i = 1; i <= 2 && i + 1 < size && match == LENSIMPORT_MATCH_NONE; i++) {
@@ -1538,6 +1538,7 @@ typedef struct lensimport__reader {
     lflare_error *error;
     lflare_result failed;
     lensimport__facts facts;
+    int32_t lookups;           /* of glasses, bounded: they are not cheap */
     char catalogues[128];
     char text[LENSIMPORT__LINE + 4];
 } lensimport__reader;
@@ -1884,6 +1885,7 @@ static int lensimport__set_glass(lensimport__reader *r, lflare_medium *m, const 
     memset(m, 0, sizeof *m);
     if (size == 0 || lensimport__same(name, size, "AIR") || lensimport__same(name, size, "VACUUM")) return 1;
     lensimport__clean(name, size, 1, m->glass, sizeof m->glass);
+    if (r->lookups++ == 4 * LFLARE_MAX_SURFACES) return lensimport__fail_at(r, LFLARE_ERROR_LENS, line, 1, "more than %i names of glasses", (int32_t)(4 * LFLARE_MAX_SURFACES));
     if (lensimport_glass_find(name, size, prefer, &g) == LENSIMPORT_MATCH_NONE) return 0;
     lensimport__clean(name, size, 0, label, sizeof label);
     if (g.match == LENSIMPORT_MATCH_CODE) { /* the code's own digits: 517642 need not be N-BK7 */
