@@ -1556,7 +1556,7 @@ static int lensimport__fail_at(lensimport__reader *r, lflare_result code, int32_
     r->failed = code;
     if (r->error == NULL) return 0;
     r->error->code = code;
-    r->error->line = line;
+    r->error->line = line > 0 || column == 0 ? line : 1;
     r->error->column = column;
     va_start(list, format);
     lensimport__format_list(r->error->text, sizeof r->error->text, format, list);
