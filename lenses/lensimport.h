@@ -116,6 +116,7 @@ typedef enum lensimport_note_kind {
     LENSIMPORT_NOTE_GAP_MISSING,        /* label: a distance that is named and not defined: 0 assumed */
     LENSIMPORT_NOTE_GAPS_BEFORE,        /* the rows give the distance to the previous row */
     LENSIMPORT_NOTE_ASPHERE_CUT,        /* value: power of a term left out, odd or over 16; its coefficient is `stated` */
+    LENSIMPORT_NOTE_ASPHERE_LOST,       /* label: a surface that has aspheric terms and is not there */
     LENSIMPORT_NOTE_RADIUS_DIFFERS,     /* value: radius of the surface, `stated` with its aspheric terms */
     LENSIMPORT_NOTE_APERTURE_IGNORED,   /* label: an aperture that is no circle about the axis */
     LENSIMPORT_NOTE_SENSOR_DERIVED      /* value, stated: width and height within the file's image circle */
@@ -301,6 +302,7 @@ static void lensimport__note_body(const lensimport_note *note, char *out, size_t
     case LENSIMPORT_NOTE_GAP_MISSING: lensimport__format(out, size, "the distance '%s' is not defined: 0 assumed", label); break;
     case LENSIMPORT_NOTE_GAPS_BEFORE: lensimport__format(out, size, "distances are those to the previous surface"); break;
     case LENSIMPORT_NOTE_ASPHERE_CUT: lensimport__format(out, size, "the aspheric term %g r^%g is left out (terms here are even, r^2 to r^16)", w, v); break;
+    case LENSIMPORT_NOTE_ASPHERE_LOST: lensimport__format(out, size, "aspheric terms of surface '%s', which is not there", label); break;
     case LENSIMPORT_NOTE_RADIUS_DIFFERS: lensimport__format(out, size, "the radius is %g mm, with the aspheric terms stands %g mm", v, w); break;
     case LENSIMPORT_NOTE_APERTURE_IGNORED: lensimport__format(out, size, "the aperture '%s' is no circle about the axis: taken for one", label); break;
     case LENSIMPORT_NOTE_SENSOR_DERIVED: lensimport__format(out, size, "sensor %g x %g mm, within the file's image circle", v, w); break;
@@ -1281,6 +1283,7 @@ static int32_t lensimport__listed_named(const char *name, size_t size)
 
 static void lensimport__numbers(lensimport_glass *out, double nd, double vd)
 {
+    memset(out->medium.c, 0, sizeof out->medium.c);
     out->nd = out->medium.c[0] = nd;
     out->vd = out->medium.c[1] = vd;
     out->medium.kind = LFLARE_MEDIUM_ABBE;
@@ -1737,6 +1740,14 @@ static void lensimport__trim(lensimport__reader *r)
     while (r->word_size > 0 && lensimport__blank(r->word[r->word_size - 1])) r->word_size--;
 }
 
+/* Nothing but blanks is left of the line. */
+static int lensimport__empty(const lensimport__reader *r)
+{
+    size_t at = r->next;
+    while (at < r->length && lensimport__blank(r->text[at])) at++;
+    return at >= r->length;
+}
+
 /* The next cell of the line, between tabs, without the blanks about it; empty ones count. 0 at the end of the line. */
 static int lensimport__cell(lensimport__reader *r)
 {
@@ -1805,8 +1816,11 @@ static void lensimport__copy_text(const lensimport__reader *r, char *out, size_t
 {
     size_t n = r->word_size < room - 1 ? r->word_size : room - 1;
     while (n > 0 && n < r->word_size && ((uint8_t)r->word[n] & 0xc0) == 0x80) n--;
+    while (n > 0 && lensimport__blank(r->word[n - 1])) n--;
     memcpy(out, r->word, n);
     out[n] = 0;
+    while (n-- > 0)
+        if (out[n] == '\t') out[n] = ' ';
 }
 
 /* >> 5 lens */
@@ -1860,8 +1874,8 @@ static void lensimport__set_curvature(lflare_surface *s, double c)
 /* A medium from nd and Vd; without a usable Vd the index is constant. */
 static int lensimport__set_numbers(lensimport__reader *r, lflare_medium *m, double nd, double vd, int32_t line)
 {
+    memset(m->c, 0, sizeof m->c);
     m->c[0] = nd;
-    m->c[1] = 0;
     if (!(nd >= 0.9 && nd <= 5)) return lensimport__fail_at(r, LFLARE_ERROR_LENS, line, 1, "an index of refraction of %g", nd);
     if (fabs(nd - 1) < 0.001) {
         m->kind = LFLARE_MEDIUM_AIR;
@@ -2036,6 +2050,19 @@ static int lensimport__split_stop(lensimport__reader *r)
     return 1;
 }
 
+/* The films of rows that were left out go, too; a row has one at most. */
+static void lensimport__pack_films(lflare_prescription *p)
+{
+    int32_t i, n = 0;
+    for (i = 0; i < p->surface_count; i++) {
+        lflare_surface *s = &p->surfaces[i];
+        if (s->coating != LFLARE_COATING_STACK) continue;
+        p->layers[n] = p->layers[s->first_layer];
+        s->first_layer = n++;
+    }
+    p->layer_count = n;
+}
+
 /* Leaves out what does nothing; gaps add up. Surfaces beyond the last glass add to the last gap. */
 static int lensimport__merge(lensimport__reader *r)
 {
@@ -2058,6 +2085,7 @@ static int lensimport__merge(lensimport__reader *r)
         n++;
     }
     p->surface_count = n;
+    lensimport__pack_films(p);
     if (left_out > 0) lensimport__note(r, LENSIMPORT_NOTE_ROWS_LEFT_OUT, 0, left_out, 0, NULL);
     if (glasses == 0) return lensimport__fail_at(r, LFLARE_ERROR_LENS, r->line, 1, "there is no surface that refracts");
     return 1;
@@ -2253,12 +2281,12 @@ static int lensimport__finish(lensimport__reader *r)
     last = &p->surfaces[p->surface_count - 1];
     stated = r->facts.gap_unknown || !(last->thickness >= 0 && last->thickness <= 1e6) ? -1 : last->thickness;
     if (stated < 0) {
-        last->thickness = 0;
         if (!r->desc->focus) lensimport__note(r, LENSIMPORT_NOTE_GAP_UNKNOWN, 0, 0, 0, NULL);
     } else {
         report->stated_bfd = stated;
     }
     p->focus = stated < 0 || r->desc->focus;
+    if (p->focus) last->thickness = 0;
     if (lensimport__optics(p, &report->efl, &report->bfd, &at_stop)) {
         if (report->stated_efl != 0 && fabs(report->efl - report->stated_efl) > 0.005 * fabs(report->stated_efl))
             lensimport__note(r, LENSIMPORT_NOTE_EFL_DIFFERS, 0, report->efl, report->stated_efl, NULL);
@@ -3108,7 +3136,9 @@ static int lensimport__read_seq(lensimport__reader *r)
 
 enum { LENSIMPORT__VARIABLES = 96 };
 
-typedef enum lensimport__section { LENSIMPORT__ELSEWHERE, LENSIMPORT__DESCRIPTIVE, LENSIMPORT__CONSTANTS, LENSIMPORT__DISTANCES, LENSIMPORT__LENS, LENSIMPORT__ASPHERES } lensimport__section;
+typedef enum lensimport__section {
+    LENSIMPORT__ELSEWHERE, LENSIMPORT__DESCRIPTIVE, LENSIMPORT__CONSTANTS, LENSIMPORT__DISTANCES, LENSIMPORT__LENS, LENSIMPORT__ASPHERES, LENSIMPORT__PATENT
+} lensimport__section;
 
 typedef struct lensimport__bench {
     lensimport__section section;
@@ -3123,13 +3153,13 @@ typedef struct lensimport__bench {
 /* The next line that says something; sections are noticed on the way. The first cell is read. */
 static int lensimport__bench_line(lensimport__reader *r, lensimport__bench *b)
 {
-    static const char *const names[] = {"[descriptive data]", "[constants]", "[variable distances]", "[lens data]", "[aspherical data]"};
+    static const char *const names[] = {"[descriptive data]", "[constants]", "[variable distances]", "[lens data]", "[aspherical data]", "[patent info]"};
     int32_t i;
     while (lensimport__line(r)) {
-        if (!lensimport__cell(r) || (r->word_size == 0 && r->length == 0) || (r->word_size > 0 && r->word[0] == '#')) continue;
+        if (lensimport__empty(r) || !lensimport__cell(r) || (r->word_size > 0 && r->word[0] == '#')) continue;
         if (r->word_size == 0 || r->word[0] != '[') return 1;
         b->section = LENSIMPORT__ELSEWHERE;
-        for (i = 0; i < 5; i++)
+        for (i = 0; i < 6; i++)
             if (lensimport__begins(r->word, r->word_size, names[i])) b->section = (lensimport__section)(i + 1);
     }
     return 0;
@@ -3215,9 +3245,10 @@ static void lensimport__bench_distances(lensimport__reader *r, lensimport__bench
             lensimport__rest(r);
             if (title || r->p->name[0] == 0) lensimport__copy_text(r, r->p->name, sizeof r->p->name);
         }
-        if (b->section == LENSIMPORT__DESCRIPTIVE && lensimport__is(r, "patent")) {
-            lensimport__rest(r);
-            lensimport__copy_text(r, r->p->patent, sizeof r->p->patent);
+        if ((b->section == LENSIMPORT__DESCRIPTIVE && lensimport__is(r, "patent")) || (b->section == LENSIMPORT__PATENT && lensimport__is(r, "number"))) {
+            lensimport__cell(r); /* the number, or the country and then the number */
+            if (r->word_size == 2) lensimport__cell(r);
+            if (r->word_size > 0) lensimport__copy_text(r, r->p->patent, sizeof r->p->patent);
         }
     }
 }
@@ -3287,7 +3318,10 @@ static int lensimport__bench_asphere(lensimport__reader *r, const lensimport__be
     lflare_surface *s;
     lensimport__clean(r->word, r->word_size, 0, id, sizeof id);
     for (i = 0; i < r->p->surface_count && strcmp(b->id[i], id) != 0; i++) {}
-    if (i == r->p->surface_count) return 1; /* of a surface that is not there */
+    if (i == r->p->surface_count) {
+        lensimport__note(r, LENSIMPORT_NOTE_ASPHERE_LOST, r->line, 0, 0, id);
+        return 1;
+    }
     s = &r->p->surfaces[i];
     if (lensimport__cell(r) && lensimport__number(r, &v) && lensimport__finite(v) && fabs(v - s->radius) > 1e-3 * fabs(v)) lensimport__note(r, LENSIMPORT_NOTE_RADIUS_DIFFERS, r->line, s->radius, v, NULL);
     if (lensimport__cell(r) && lensimport__number(r, &v)) s->conic = v;
@@ -3742,8 +3776,8 @@ static int lensimport__read_json(lensimport__reader *r)
 
 /* >> 12 reading */
 
-/* What a line gives away; LENSIMPORT_UNKNOWN for nothing. */
-static lensimport_format lensimport__sniff_line(lensimport__reader *r)
+/* What a line gives away; LENSIMPORT_UNKNOWN for nothing. *said counts lines that are no comments. */
+static lensimport_format lensimport__sniff_line(lensimport__reader *r, int32_t *said)
 {
     double v;
     int32_t i;
@@ -3763,6 +3797,7 @@ static lensimport_format lensimport__sniff_line(lensimport__reader *r)
     if (lensimport__is(r, "MODE")) return lensimport__word(r) && (lensimport__is(r, "SEQ") || lensimport__is(r, "NSC")) ? LENSIMPORT_ZEMAX : LENSIMPORT_UNKNOWN;
     if (lensimport__begins(r->word, r->word_size, "RDM") && (r->word_size == 3 || r->word[3] == ';')) return LENSIMPORT_CODEV;
     if (lensimport__is(r, "SO")) return lensimport__word(r) && lensimport__number(r, &v) && lensimport__word(r) && lensimport__number(r, &v) ? LENSIMPORT_CODEV : LENSIMPORT_UNKNOWN;
+    if (r->word[0] != '#' && ++*said > 1) return LENSIMPORT_UNKNOWN; /* pbrt's tables begin with a row, but for comments */
     for (i = 0; lensimport__number(r, &v); i++)
         if (i == 3) return LENSIMPORT_PBRT;
         else lensimport__word(r);
@@ -3772,8 +3807,9 @@ static lensimport_format lensimport__sniff_line(lensimport__reader *r)
 static lensimport_format lensimport__sniff(lensimport__reader *r)
 {
     lensimport_format format = LENSIMPORT_UNKNOWN;
+    int32_t said = 0;
     lensimport__rewind(r);
-    while (format == LENSIMPORT_UNKNOWN && lensimport__line(r)) format = lensimport__sniff_line(r);
+    while (format == LENSIMPORT_UNKNOWN && lensimport__line(r)) format = lensimport__sniff_line(r, &said);
     lensimport__rewind(r);
     return format;
 }
@@ -3802,7 +3838,10 @@ static lflare_result lensimport__own(lensimport__reader *r)
     r->failed = lflare_text_read((const char *)r->bytes, r->size, r->p, r->error);
     if (r->failed != LFLARE_OK) return r->failed;
     if (lensimport__optics(r->p, &r->report->efl, &r->report->bfd, &at_stop) && !r->p->focus) r->report->stated_bfd = r->p->surfaces[r->p->surface_count - 1].thickness;
-    if (r->desc->focus) r->p->focus = 1;
+    if (r->desc->focus) {
+        r->p->focus = 1;
+        r->p->surfaces[r->p->surface_count - 1].thickness = 0;
+    }
     return LFLARE_OK;
 }
 

@@ -57,4 +57,54 @@ if printf 'int main(void) { return 0; }\n' | gcc -m32 -x c - -o "$B/m32" 2>/dev/
 else
     n=$((n + 1)); echo "ok $n # SKIP 32 bits: gcc-multilib is missing"
 fi
+
+# ---- the fuzzing target, with seeds and mutants of them ----
+if gcc -Wall -Wextra $S -DFUZZ_MAIN -Itests tests/fuzz_import.c -o "$B/replay" -lm >"$B/log" 2>&1 &&
+    FUZZ_ROUNDS=${FUZZ_ROUNDS:-6} FUZZ_DUMP="$B/last" timeout 500 "$B/replay" tests/fuzz_seeds_import/* >"$B/log" 2>&1; then ok "$(sed -n 's/^reached: //p' "$B/log")"; else bad "a seed of the readers, or a mutant of one: it is in $B/last"; fi
+
+# ---- the tool ----
+flare=build/flare seeds=tests/fuzz_seeds_import
+result() { if [ "$1" = 0 ]; then ok "$2"; else bad "$2"; fi; }
+refused() { # WHAT PATTERN ARGUMENTS...: status 2, one line on stderr that matches, nothing on stdout
+    what=$1 pattern=$2
+    shift 2
+    "$flare" "$@" >"$B/out" 2>"$B/log"
+    [ $? = 2 ] && [ ! -s "$B/out" ] && [ "$(wc -l <"$B/log")" = 1 ] && grep -qE "$pattern" "$B/log"
+    result $? "$what"
+}
+efl() { "$flare" info "$@" --json | sed -nE 's/.*"efl_mm": ([0-9.]+).*/\1/p'; }
+own=$(efl lenses/cooke-triplet-27.lens) wrong=0
+for seed in zmx-inches zmx-utf16le-mark zmx-utf16be report-tabs report-width seq-radii seq-curvatures bench pbrt pbrt-before xml xml-line json json-line flaresim flaresim-diameters; do
+    rm -f "$B/out.lens"
+    "$flare" convert "$seeds/$seed" -o "$B/out.lens" >"$B/log" 2>&1 && head -1 "$B/out.lens" | grep -qx 'lensflare 1' &&
+        awk "BEGIN {a = $(efl "$seeds/$seed"); b = $(efl "$B/out.lens"); exit !(a == b && a / $own - 1 < 1e-9 && 1 - a / $own < 1e-9)}" || { wrong=1; echo "# $seed"; }
+done
+result $wrong "convert: every format gives the lens that it was written from"
+"$flare" render "$seeds/zmx-utf16le-mark" -o "$B/a.pfm" --size 64x36 --angle 5,3 >"$B/log" 2>&1 && "$flare" diagram "$seeds/xml" -o "$B/a.svg" >"$B/log" 2>&1 && "$flare" ghosts "$seeds/json" --csv | grep -q '^first,'
+result $? "other commands take other formats"
+one=$(efl "$seeds/zmx-zoom" --config 1) two=$(efl "$seeds/zmx-zoom" --config 2)
+[ -n "$one" ] && [ -n "$two" ] && [ "$one" != "$two" ] && [ "$one" = "$(efl "$seeds/zmx-zoom")" ]
+result $? "--config: $one mm, $two mm"
+refused "a zoom state that is not there" "zmx-zoom: zoom state 3 was asked for, the file has 2" info "$seeds/zmx-zoom" --config 3
+refused "a refused file says FILE:LINE:COLUMN and why" "^$seeds/zmx-refused:[0-9]+:1: refused: a mirror" info "$seeds/zmx-refused"
+"$flare" check lenses/*.lens >"$B/out" 2>"$B/log"
+[ $? = 0 ] && [ ! -s "$B/log" ] && [ "$(wc -l <"$B/out")" = "$(ls lenses/*.lens | wc -l)" ] && ! grep -v ': ok, lensflare, [0-9]* surfaces, EFL ' "$B/out"
+result $? "check: our own lenses are well"
+"$flare" check "$seeds" >"$B/out" 2>"$B/log"
+[ $? = 2 ] && [ ! -s "$B/log" ] && [ "$(wc -l <"$B/out")" = "$(ls "$seeds" | wc -l)" ] && grep -qE '^tests/fuzz_seeds_import/seq-refused:[0-9]+:1: refused: a mirror' "$B/out" && grep -q '/xml: ok, OpenLensFlare, 7 surfaces, EFL ' "$B/out"
+result $? "check: a line for each file of a folder, and status 2 for those refused"
+"$flare" check "$B/none" lenses/topogon.lens >"$B/out" 2>"$B/log"
+[ $? = 2 ] && [ "$(wc -l <"$B/out")" = 2 ] && sed -n 1p "$B/out" | grep -q 'none: No such file' && sed -n 2p "$B/out" | grep -q 'topogon.lens: ok'
+result $? "check goes on behind a file that is not there"
+[ "$("$flare" glass NBK7_SCHOTT | sed -n 's/^name *//p')" = N-BK7 ] && "$flare" glass 517642 | grep -qx 'nd        1.51680' && "$flare" glass 1.5168,64.17 | grep -qx 'name      N-BK7' && "$flare" glass 1.5168,64.17 --catalogue OHARA | grep -qx 'name      S-BSL7'
+result $? "glass: by name, by code, nearest"
+refused "a glass nobody knows" "no glass is known by the name 'XQ9'" glass XQ9
+refused "a glass by halves" '^flare: flare glass: ' glass 1.5,
+refused "nothing to check" 'needs files or folders' check
+refused "an option that check has not" "unknown option '--json' for 'flare check'" check --json
+refused "a lens that goes nowhere" 'with -o OUT.lens' convert "$seeds/xml"
+refused "a lens into a folder that is not there" 'cannot be written' convert "$seeds/xml" -o "$B/no/x.lens"
+refused "a zoom state of no lens" "unknown option '--config' for 'flare coating'" coating 1 1.5 --config 2
+"$flare" convert "$seeds/pbrt" -o "$B/out.lens" >"$B/log" 2>&1 && grep -q '^# ' "$B/out.lens" && "$flare" info "$seeds/pbrt" | grep -q '^note .*no dispersion'
+result $? "what was guessed is said, and stands in the file"
 echo "1..$n"

@@ -700,8 +700,8 @@ static void test_seq(void **state)
 
 static void test_bench(void **state)
 {
-    static const char zoom[] = "[descriptive data]\t\t\ntitle\ta lens\nlens name\tnot this\n[constants]\n[variable distances]\t\t\nFocal Length\t140\t170\t140\t\nF-Number\t5\t6\t5\nImage Height\t43.28\t43.28\t43.28\nd0\tInfinity\tInfinity\t500\n# d2\t9\t9\nd2\t10\t20\t11\nBf\t60\t61\t62\nAperture Diameter\t18\t19\t18\n"
-                               "[Lens Data]\n" "1\t50\t5\t1.5\t24\t60\n" "2\tInfinity\td2\t\t24\n" "3AS\tAS\t1\t\t20\t\n" "# 4\t1\t1\n" "4\t-100\t1\t1.5\t24\t60\tXYZ\tNobody\n" "5\t\tBf\t\t24\t\n" "6\tCG\t2\t1.51633\t40\t64.14\tS-BSL7\tOhara\n" "7\tCG\t0.5\t\t40\n";
+    static const char zoom[] = "[descriptive data]\t\t\ntitle\ta lens\n\t\t\npatent\tUS\tUS20070236805\tEX 1\nlens name\tnot this\n[constants]\n[variable distances]\t\t\nFocal Length\t140\t170\t140\t\nF-Number\t5\t6\t5\nImage Height\t43.28\t43.28\t43.28\nd0\tInfinity\tInfinity\t500\n# d2\t9\t9\nd2\t10\t20\t11\nBf\t60\t61\t62\nAperture Diameter\t18\t19\t18\n"
+                               "[Lens Data]\n" "1\t50\t5\t1.5\t24\t60\n\t\t\t\n" "2\tInfinity\td2\t\t24\n" "3AS\tAS\t1\t\t20\t\n" "# 4\t1\t1\n" "4\t-100\t1\t1.5\t24\t60\tXYZ\tNobody\n" "5\t\tBf\t\t24\t\n" "6\tCG\t2\t1.51633\t40\t64.14\tS-BSL7\tOhara\n" "7\tCG\t0.5\t\t40\n";
     (void)state;
     assert_int_equal(import_config(zoom, sizeof zoom - 1, 0), LFLARE_OK);
     assert_int_equal(report.config_count, 3);
@@ -711,6 +711,7 @@ static void test_bench(void **state)
     assert_near(prescription.sensor_width, 36, 1e-3);
     assert_near(prescription.sensor_height, 24, 1e-3);
     assert_string_equal(prescription.name, "a lens");
+    assert_string_equal(prescription.patent, "US20070236805");
     assert_string_equal(prescription.surfaces[3].medium.glass, "XYZ");
     assert_int_equal(prescription.surfaces[5].medium.kind, LFLARE_MEDIUM_SELLMEIER);
     assert_int_equal(import_config(zoom, sizeof zoom - 1, 2), LFLARE_OK);
@@ -728,7 +729,9 @@ static void test_bench(void **state)
     assert_near(prescription.surfaces[1].thickness, 0, 0);
     assert_near(prescription.surfaces[2].semi_diameter, 0, 0);
     /* odd powers between: A3, A4, A6 */
-    import_lens("[constants]\nAsphericalOddCount\t1\n[variable distances]\nF-Number\t5\nBf\t60\nd2\tundefined\n" BENCH_TAIL "[aspherical data]\n1\t50.2\t-1\t1e-7\t2e-6\t3e-9\n");
+    import_lens("[constants]\nAsphericalOddCount\t1\n[variable distances]\nF-Number\t5\nBf\t60\nd2\tundefined\n" BENCH_TAIL "[aspherical data]\n1\t50.2\t-1\t1e-7\t2e-6\t3e-9\n9\t1\t0\t1\n[patent info]\nnumber\tUS7\n");
+    assert_string_equal(prescription.patent, "US7");
+    assert_string_equal(find_note(LENSIMPORT_NOTE_ASPHERE_LOST)->label, "9");
     assert_near(prescription.surfaces[0].aspheric[1], 2e-6, 0);
     assert_near(prescription.surfaces[0].aspheric[2], 3e-9, 0);
     assert_near(prescription.surfaces[0].conic, -1, 0);
@@ -818,6 +821,8 @@ static void test_options(void **state)
     assert_int_equal(lensimport_read(NULL, 3, NULL, &prescription, &report, &error), LFLARE_ERROR_ARGUMENT);
     assert_int_equal(lensimport_read(NULL, 0, NULL, &prescription, NULL, NULL), LFLARE_ERROR_SYNTAX);
     assert_int_equal(lensimport_read("x", 1, NULL, &prescription, NULL, &error), LFLARE_ERROR_SYNTAX);
+    assert_string_equal(error.text, "no format of prescriptions known here");
+    assert_int_equal(import_text("efl  49.99\nspots 1 2 3 4 5\n"), LFLARE_ERROR_SYNTAX);
     assert_string_equal(error.text, "no format of prescriptions known here");
     assert_int_equal(lensimport_sniff(text, sizeof text - 1), LENSIMPORT_ZEMAX);
     assert_int_equal(lensimport_sniff(NULL, 0), LENSIMPORT_UNKNOWN);
