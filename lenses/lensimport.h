@@ -1215,6 +1215,13 @@ static const lensimport__listed lensimport__list[] = {
     {"NLAF9", 2840, 179500},
     {"NLK1", 5750, 167000},
     {"LAF9", 2839, 179504},
+    {"POLYC", 2991, 158547},
+    {"POLYS", 3087, 159048},
+    {"SIO2", 6782, 145846},
+    {"B270", 5850, 152300},
+    {"BOROFLOAT", 6541, 147140},
+    {"PYREX", 6540, 147400},
+    {"SEAWATER", 5560, 133940},
 };
 /* glasses end */
 
@@ -2546,6 +2553,15 @@ static int lensimport__zmx_configs(lensimport__reader *r, lensimport__zmx *z)
     return 1;
 }
 
+/* In another zoom state than the rows', the opening is known and the stop's size is not. */
+static void lensimport__forget_stop(lensimport__reader *r)
+{
+    int32_t i;
+    if (r->p->fnumber == 0 && r->facts.epd == 0) return;
+    for (i = 0; i < r->p->surface_count; i++)
+        if (r->p->surfaces[i].is_stop) r->p->surfaces[i].semi_diameter = 0;
+}
+
 /* Object and image off; what they tell of object space and the image circle. */
 static int lensimport__strip(lensimport__reader *r)
 {
@@ -2589,6 +2605,7 @@ static int lensimport__read_zmx(lensimport__reader *r)
         if ((z.field_type == 2 || z.field_type == 3) && h > r->facts.image_radius) r->facts.image_radius = h;
     }
     if (z.config != z.current && z.solved >= 0 && z.solved == r->p->surface_count - 2) r->facts.gap_unknown = 1;
+    if (z.config != z.current) lensimport__forget_stop(r);
     return lensimport__strip(r);
 }
 
@@ -3126,6 +3143,7 @@ static int lensimport__read_seq(lensimport__reader *r)
         memcpy(name, s->medium.glass, sizeof name);
         lensimport__set_glass(r, &s->medium, name, strlen(name), s->line);
     }
+    if (r->desc->config > 1) lensimport__forget_stop(r);
     r->report->config_count = q.zooms;
     r->report->config = r->desc->config > 0 ? r->desc->config : 1;
     return lensimport__strip(r);
@@ -3360,12 +3378,10 @@ static int lensimport__read_bench(lensimport__reader *r)
     if (found && lensimport__finite(v)) r->facts.image_radius = v / 2;
     v = lensimport__bench_value(&b, "d0", 2, &found);
     if (found) r->facts.object_distance = v;
+    if (b.config > 1) lensimport__forget_stop(r); /* the row's size is the first state's */
     v = lensimport__bench_value(&b, "Aperture Diameter", 15, &found); /* names are kept to 15 bytes */
-    for (i = 0; i < p->surface_count; i++)
-        if (p->surfaces[i].is_stop) {
-            if (found && lensimport__finite(v)) p->surfaces[i].semi_diameter = v / 2;
-            else if (b.columns > 1 && b.config > 1 && p->fnumber > 0) p->surfaces[i].semi_diameter = 0; /* the row's is the first state's */
-        }
+    for (i = 0; found && lensimport__finite(v) && i < p->surface_count; i++)
+        if (p->surfaces[i].is_stop) p->surfaces[i].semi_diameter = v / 2;
     return 1;
 }
 
