@@ -1222,6 +1222,40 @@ static const lensimport__listed lensimport__list[] = {
     {"BOROFLOAT", 6541, 147140},
     {"PYREX", 6540, 147400},
     {"SEAWATER", 5560, 133940},
+    {"PBL1", 4580, 154814},
+    {"PBL2", 4720, 154072},
+    {"PBL6", 4890, 153172},
+    {"PBL25", 4070, 158144},
+    {"PBM1", 3570, 162588},
+    {"PBM2", 3630, 162004},
+    {"PBM5", 3800, 160342},
+    {"PBM8", 3920, 159551},
+    {"PBM22", 3380, 164769},
+    {"PBM25", 3210, 167270},
+    {"PBM27", 3450, 163980},
+    {"PBM28", 3108, 168893},
+    {"PBM35", 3010, 169895},
+    {"PBH4", 2750, 175520},
+    {"PBH6", 2540, 180518},
+    {"PBH10", 2850, 172825},
+    {"PBH11", 2570, 178472},
+    {"PBH13", 2780, 174077},
+    {"PBH14", 2650, 176182},
+    {"PBH18", 2924, 172151},
+    {"PBH23", 2620, 178470},
+    {"PBH53", 2390, 184666},
+    {"SFLD1", 2950, 171736},
+    {"SFLD2", 3384, 164769},
+    {"SFLD4", 2753, 175520},
+    {"SFLD5", 3217, 167270},
+    {"SFLD6", 2546, 180518},
+    {"SFLD8", 3116, 168893},
+    {"SFLD10", 2832, 172825},
+    {"SFLD11", 2572, 178472},
+    {"SFLD14", 2661, 176182},
+    {"SFLD66", 2088, 192286},
+    {"LAFH3", 2854, 179504},
+    {"BK7A", 6413, 151680},
 };
 /* glasses end */
 
@@ -1990,8 +2024,6 @@ static int lensimport__scale(lensimport__reader *r)
             s->semi_diameter = 0;
         }
         if (s->semi_diameter < 1e-4) s->semi_diameter = 0;
-        if (i + 1 < r->p->surface_count && !(fabs(s->thickness) <= 1e6))
-            return lensimport__fail_at(r, LFLARE_ERROR_LENS, s->line, 1, "a gap of %g mm within the lens", s->thickness);
     }
     r->facts.epd *= k;
     r->facts.image_radius *= k;
@@ -2121,6 +2153,7 @@ static int lensimport__gaps(lensimport__reader *r)
         } else if (s->thickness < 0 && s->thickness > -1e-6) {
             s->thickness = 0;
         }
+        if (!(fabs(s->thickness) <= 1e6)) return lensimport__fail_at(r, LFLARE_ERROR_LENS, s->line, 1, "a gap of %g mm within the lens", s->thickness);
         if (moved > 0) lensimport__note(r, LENSIMPORT_NOTE_STOP_MOVED, s->is_stop ? s->line : t->line, moved, 0, NULL);
         if (s->thickness < 0) lensimport__refuse(r, LENSIMPORT_REFUSED_BACKWARDS, s->line, "", 0);
     }
@@ -2282,8 +2315,7 @@ static int lensimport__finish(lensimport__reader *r)
     if (!lensimport__scale(r)) return 0;
     lensimport__close(r);
     if (!lensimport__split_stop(r) || !lensimport__merge(r)) return 0;
-    lensimport__gaps(r);
-    if (lensimport__refused(r)) return 0;
+    if (!lensimport__gaps(r) || lensimport__refused(r)) return 0;
     lensimport__guess_stop(r);
     last = &p->surfaces[p->surface_count - 1];
     stated = r->facts.gap_unknown || !(last->thickness >= 0 && last->thickness <= 1e6) ? -1 : last->thickness;
@@ -2848,6 +2880,7 @@ typedef struct lensimport__seq {
     double nm[LENSIMPORT__WAVES];
     double n[LENSIMPORT__PRIVATE][LENSIMPORT__WAVES];
     int32_t samples[LENSIMPORT__PRIVATE];
+    int32_t form[LENSIMPORT__PRIVATE]; /* 0: indices at the wavelengths; 1: Laurent's coefficients; -1: a form not known here */
     char name[LENSIMPORT__PRIVATE][24];
     int quoted;        /* the word last read was */
 } lensimport__seq;
@@ -3034,10 +3067,34 @@ static int lensimport__seq_private(lensimport__reader *r, lensimport__seq *q)
     *count = 0;
     while (lensimport__seq_word(r, q)) {
         if (*count == LENSIMPORT__WAVES) return lensimport__bad(r, "more than 32 wavelengths");
-        if (!lensimport__number(r, &out[*count]) || !(out[*count] > 0.5 && out[*count] < 1e5)) return lensimport__bad(r, "a wavelength or an index was expected, not '%s'");
+        if (out != q->nm && *count == 0 && !lensimport__number(r, &out[0])) {
+            q->form[q->glasses - 1] = lensimport__is(r, "LAU") ? 1 : -1;
+            continue;
+        }
+        if (!lensimport__number(r, &out[*count]) || !lensimport__finite(out[*count])) return lensimport__bad(r, "a wavelength or an index was expected, not '%s'");
         ++*count;
     }
     return 1;
+}
+
+/* The medium of private glass k; 0 if its form is not known or its numbers are too few. */
+static int lensimport__seq_medium(lensimport__reader *r, const lensimport__seq *q, int32_t k, lflare_surface *s)
+{
+    static const double nm[3] = {LENSIMPORT__NM_F, LENSIMPORT__NM_D, LENSIMPORT__NM_C};
+    const double *c = q->n[k];
+    double n[3];
+    int32_t i;
+    if (q->form[k] == 0 && q->waves > 0 && q->samples[k] >= q->waves) {
+        for (i = 0; i < q->waves; i++)
+            if (!(q->nm[i] > 1)) return 0;
+        return lensimport__set_samples(r, &s->medium, q->nm, c, q->waves, s->line);
+    }
+    if (q->form[k] != 1) return 0;
+    for (i = 0; i < 3; i++) { /* n^2 = c0 + c1 l^2 + c2 / l^2 + c3 / l^4 ..., l in um; missing ones are 0 */
+        double l2 = nm[i] * nm[i] * 1e-6;
+        n[i] = sqrt(c[0] + c[1] * l2 + (c[2] + (c[3] + (c[4] + c[5] / l2) / l2) / l2) / l2);
+    }
+    return lensimport__set_samples(r, &s->medium, nm, n, 3, s->line);
 }
 
 /* The largest of a command's numbers, whatever their signs. */
@@ -3136,10 +3193,8 @@ static int lensimport__read_seq(lensimport__reader *r)
         char name[24];
         if (s->medium.kind != LFLARE_MEDIUM_AIR || s->medium.glass[0] == 0) continue;
         for (k = 0; k < q.glasses && strcmp(q.name[k], s->medium.glass) != 0; k++) {}
-        if (k < q.glasses && q.waves > 0 && q.samples[k] >= q.waves) {
-            if (!lensimport__set_samples(r, &s->medium, q.nm, q.n[k], q.waves, s->line)) return 0;
-            continue;
-        }
+        if (k < q.glasses && lensimport__seq_medium(r, &q, k, s)) continue;
+        if (r->failed != LFLARE_OK) return 0;
         memcpy(name, s->medium.glass, sizeof name);
         lensimport__set_glass(r, &s->medium, name, strlen(name), s->line);
     }

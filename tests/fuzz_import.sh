@@ -17,7 +17,7 @@ for format in ${FORMATS:-2 3 4 5 6 7 8 9}; do
     (cd "$B" && "./fuzz-$format" "corpus-$format" "$root/tests/fuzz_seeds_import" -dict="$root/tests/fuzz_import.dict" -max_len=8000 -timeout=20 -rss_limit_mb=2000 \
         -artifact_prefix="found-$format-" -max_total_time="$seconds" >"log-$format" 2>&1) || status=1
     echo "format $format: $(grep -E '^(Done|reached)' "$B/log-$format" | tr '\n' ' ')"
-    grep -hE 'check failed|runtime error|SUMMARY' "$B/log-$format" || true
+    grep -hE 'check failed|runtime error|SUMMARY: [AUl]' "$B/log-$format" || true
 done
 tool() { for t in "$1" "$1-14" "/usr/lib/llvm-14/bin/$1"; do command -v "$t" >/dev/null 2>&1 && { echo "$t"; return; }; done; echo false; }
 clang -std=c99 -DLFLARE_NO_GL -g -O1 -fprofile-instr-generate -fcoverage-mapping -DFUZZ_MAIN -I. -Itests tests/fuzz_import.c -o "$B/replay" -lm

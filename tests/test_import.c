@@ -596,6 +596,9 @@ static void test_zmx(void **state)
     assert_near(report.stated_bfd, 85, 0);
     assert_non_null(find_note(LENSIMPORT_NOTE_STOP_GUESSED));
     assert_near(find_note(LENSIMPORT_NOTE_ROWS_LEFT_OUT)->value, 3, 0);
+    /* dummies at any distance in front of the lens */
+    import_lens(ZMX_HEAD ZMX_OBJECT "SURF 1\n  DISZ 1E+10\nSURF 2\n  DISZ 1\nSURF 3\n  STOP\n  DISZ 1\nSURF 4\n  CURV 0.02\n  DISZ 5\n  GLAS ___BLANK 1 0 1.5 60\nSURF 5\n  DISZ 80\nSURF 6\n  DISZ 0\n");
+    assert_int_equal(lens.surface_count, 3);
     /* object and image in glass: faces are added, the focal length in air stays */
     import_lens(ZMX_HEAD "SURF 0\n  DISZ 2\n  GLAS ___BLANK 1 0 1.5 60\nSURF 1\n  DISZ 3\nSURF 2\n  STOP\n  DISZ 1\nSURF 3\n  CURV 0.02\n  DISZ 96\n  GLAS ___BLANK 1 0 1.5 60\nSURF 4\n  DISZ 0\n");
     assert_near(lens.efl, 100, 1e-9);
@@ -678,6 +681,10 @@ static void test_seq(void **state)
     import_lens("RDM;LEN\nEPD 20\nSO 0 1e10\nS 50 5 500000.600000\nSTO\nS 0 96\nSI 0 0\n");
     assert_near(lens.efl, 100, 1e-9);
     assert_near(prescription.surfaces[1].medium.c[1], 60, 1e-9);
+    import_lens("RDM;LEN\nFNO 5\nSO 0 1e14\nS 50 5 'NOA61'; STO\nS 0.0 9.6\nSI 0 0\nPRV\nPWL 550\n'XYZ' SEL 1 2 3\n'NOA61' LAU 2.36390625 0.0 0.025493134 -0.000580235 -0.349933e-5 0.445404e-7\nEND\nGO\n");
+    assert_near(prescription.surfaces[1].medium.c[0], 1.5597436, 1e-6); /* computed apart from this code */
+    assert_near(prescription.surfaces[1].medium.c[1], 42.4352, 1e-3);
+    assert_int_equal(import_text("RDM;LEN\nFNO 5\nSO 0 1e14\nS 50 5 'XYZ'; STO\nS 0.0 9.6\nSI 0 0\nPRV\nPWL 550\n'XYZ' SEL 1 2 3\nEND\nGO\n"), LFLARE_ERROR_LENS);
     /* zoom positions, in every way they are written */
     static const char zoom[] = "RDM;LEN\nFNO 5\nSO 0 1e10\nS 50 5 500.600\nSTO\nS 0 10\nS -100 1 500.600\nS 0 80\nSI 0 0\nZOO 3\nZOO TIT\nTIT Z1 \"a\"\nZOO THI S2 10 15 20\nZOO THI S4\nTHI S4 Z1 80; THI S4 Z2 81; THI S4 Z3 82\nZOO FNO 5 6 7\nZOO THC S2 100 100 100\nGO\n";
     assert_int_equal(import_config(zoom, sizeof zoom - 1, 0), LFLARE_OK);
