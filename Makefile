@@ -9,6 +9,7 @@
 # make diagrams draws the lenses and their page, lenses/README.md
 # make fits    fits the lenses whose fits are small enough to lie beside them
 # make fuzz    thirty minutes of fuzzing (SECONDS=n for less); make coverage shows what it reached
+# make fuzz-import fuzzes each reader of foreign formats for twenty minutes (SECONDS=n), and shows what that reached
 
 CC      ?= cc
 CFLAGS  ?= -O2
@@ -116,10 +117,13 @@ fits: $(B)/flare
 fuzz:
 	tests/fuzz.sh $(or $(SECONDS),1800)
 
+fuzz-import:
+	tests/fuzz_import.sh $(or $(SECONDS),1200)
+
 coverage:
 	tests/coverage.sh
 
 clean:
 	rm -rf $(B)
 
-.PHONY: all no-windows demo test tests bench models fringes shaders glasses diagrams fits fuzz coverage clean
+.PHONY: all no-windows demo test tests bench models fringes shaders glasses diagrams fits fuzz fuzz-import coverage clean

@@ -2025,6 +2025,8 @@ static int lensimport__scale(lensimport__reader *r)
         }
         if (s->semi_diameter < 1e-4) s->semi_diameter = 0;
     }
+    r->report->stated_efl *= k;
+    if (!lensimport__finite(r->report->stated_efl)) r->report->stated_efl = 0;
     r->facts.epd *= k;
     r->facts.image_radius *= k;
     r->facts.object_distance *= k;
@@ -2249,7 +2251,8 @@ static void lensimport__sensor(lensimport__reader *r)
 {
     lflare_prescription *p = r->p;
     double radius = r->facts.image_radius, efl = r->report->efl, degrees = r->facts.field_degrees;
-    if (p->sensor_width != 0) return;
+    if (p->sensor_width >= 0.01 && p->sensor_width <= 1e4 && p->sensor_height >= 0.01 && p->sensor_height <= 1e4) return;
+    p->sensor_width = p->sensor_height = 0;
     if (!(radius > 0) && degrees > 0 && degrees < 80) radius = fabs(efl) * tan(degrees * 0.017453292519943295);
     if (!(radius >= 0.01 && radius <= 5000)) return;
     if (fabs(radius - 21.633) < 0.3) radius = 21.63330765;
@@ -2439,7 +2442,6 @@ static int lensimport__zmx_glass(lensimport__reader *r, lensimport__zmx *z)
     const char *name;
     size_t size;
     double flag = 0, pickup = 0, nd = 0, vd = 0;
-    char label[28];
     if (!lensimport__word(r)) return 1;
     name = r->word;
     size = r->word_size;
@@ -2452,7 +2454,10 @@ static int lensimport__zmx_glass(lensimport__reader *r, lensimport__zmx *z)
     if (lensimport__word(r)) lensimport__number(r, &nd);
     if (lensimport__word(r)) lensimport__number(r, &vd);
     if (lensimport__same(name, size, "___BLANK") || !lensimport__set_glass(r, m, name, size, r->line)) {
-        if (flag == 0 && !lensimport__same(name, size, "___BLANK")) return lensimport__unknown_glass(r, lensimport__clean(name, size, 0, label, sizeof label), r->line);
+        if (flag == 0 && !lensimport__same(name, size, "___BLANK")) { /* said in the end, if nothing worse is found */
+            z->s->line = r->line;
+            return 1;
+        }
         if (!lensimport__set_numbers(r, m, nd, vd, r->line)) return 0; /* written out with flags 1 and 2 alone */
         if (m->kind == LFLARE_MEDIUM_AIR || lensimport__same(name, size, "___BLANK")) memset(m->glass, 0, sizeof m->glass);
     }
