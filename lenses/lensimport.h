@@ -48,13 +48,35 @@
    file contradicts itself, is in the report as data, with a sentence for each. What is not a lens of rotationally
    symmetric refracting surfaces is refused, with the line and the reason.
 
-   QUICK EXAMPLE
+   QUICK EXAMPLE (a test extracts, compiles and runs it)
 
-       lensimport_report report;
-       lflare_prescription prescription;
-       lflare_error error;
-       if (lensimport_read(bytes, size, NULL, &prescription, &report, &error) < 0)
-           printf("line %d: %s\n", (int)error.line, error.text);
+   @example
+       #define LENSFLARE_IMPLEMENTATION
+       #include "lensflare.h"
+       #define LENSIMPORT_IMPLEMENTATION
+       #include "lenses/lensimport.h"
+       #include <stdio.h>
+
+       int main(int argc, char **argv)
+       {
+           static lflare_prescription prescription;
+           static lensimport_report report;
+           lflare_error error;
+           char *text, sentence[200];
+           size_t size;
+           int i;
+
+           if (argc < 2 || lflare_file_read(argv[1], NULL, NULL, &text, &size, &error) < 0) return 1;
+           if (lensimport_read(text, size, NULL, &prescription, &report, &error) < 0) {
+               printf("line %d, column %d: %s\n", (int)error.line, (int)error.column, error.text);
+               return 1;
+           }
+           printf("%s, focal length %.2f mm\n", lensimport_format_name(report.format), report.efl);
+           for (i = 0; i < report.note_count; i++) printf("%s\n", lensimport_note_text(&report.notes[i], sentence, sizeof sentence));
+           free(text);
+           return 0; // prescription: to lflare_lens_derive, or as text (lflare_text_write) to lflare_create
+       }
+   @end
 */
 
 #ifndef LENSIMPORT_H

@@ -45,6 +45,10 @@ echo "$tables bytes" >"$B/log"
 [ "$tables" -gt 20000 ] && [ "$tables" -le 40960 ] && ok "the glass catalogue takes $tables bytes" || bad "the glass catalogue's size"
 lenses/glasses.sh lenses/lensimport.h >"$B/made.h" 2>"$B/log"
 try "the tables of glasses are those beside the header (make glasses)" cmp "$B/made.h" lenses/lensimport.h
+sed -n '/^ *@example$/,/^ *@end$/{/^ *@/d;s/^       //;p;}' lenses/lensimport.h >"$B/example.c"
+for how in "gcc -x c -std=c99" "g++ -x c++ -std=c++11"; do
+    if $how -Wall -Wextra -I. "$B/example.c" -o "$B/example" -lm >"$B/log" 2>&1 && [ ! -s "$B/log" ] && "$B/example" tests/fuzz_seeds_import/seq-radii >"$B/log" && grep -qx 'CODE V, focal length 100.00 mm' "$B/log"; then ok "the example in lensimport.h: ${how%% *}"; else bad "the example in lensimport.h: ${how%% *}"; fi
+done
 grep -o '^/\* >> [0-9]* [a-z0-9 ]*' lenses/lensimport.h | sed 's,^/\* ,,; s/ *$//' >"$B/rooms"
 sed -n '/CONTENTS/,/FORMATS/s/^ *\(>> [0-9]* .*\)/\1/p' lenses/lensimport.h >"$B/contents"
 try "the contents name the rooms" diff "$B/rooms" "$B/contents"

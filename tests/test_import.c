@@ -253,7 +253,9 @@ static void write_as(const lflare_lens *l, int which)
 }
 
 static const char *const lenses[] = {"angenieux-double-gauss", "biogon-35-28", "canon-28-80", "canon-70-200-mid", "cooke-triplet-27", "distagon-25", "fisheye-nikkor-16", "heliar-tronnier", "kreitzer-tele",
-                                     "nikkor-105-14", "nikon-80-200-mid", "petzval-kodak", "planar-50-14", "sonnar-20", "tessar-50-35", "topogon"};
+                                     "nikkor-105-14", "nikon-80-200-mid", "petzval-kodak", "planar-50-14", "sonnar-20", "tessar-50-35", "topogon",
+                                     "apo-telyt-280", "biotar-14", "canon-70-200-long", "canon-70-200-short", "cooke-triplet-smith", "dagor", "fisheye-minolta-16", "flektagon-100-28", "nikkor-50-12", "nikkor-80-200-afs",
+                                     "nikon-80-200-long", "nikon-80-200-short", "nikon-retrofocus-28", "sonnar-15", "speed-panchro", "takumar-14", "tessar-100-28", "ultron-100-20"};
 enum { LENSES = sizeof lenses / sizeof lenses[0] };
 
 static void read_own(const char *name, lflare_lens *out)
