@@ -3736,7 +3736,9 @@ static int lensimport__read_xml(lensimport__reader *r)
         if (lensimport__begins(tag, strlen(tag), "!DOCTYPE")) return lensimport__fail_at(r, LFLARE_ERROR_SYNTAX, r->line, lensimport__column(r), "document types and entities are not read");
         if (tag[0] == '?' || tag[0] == '!') continue;
         if (!root) {
-            if (strcmp(tag, "opticalSystem") != 0) return lensimport__fail_at(r, LFLARE_ERROR_SYNTAX, r->line, lensimport__column(r), "the root <opticalSystem> was expected, not <%s>", tag);
+            char root_name[32];
+            if (strcmp(tag, "opticalSystem") != 0)
+                return lensimport__fail_at(r, LFLARE_ERROR_SYNTAX, r->line, lensimport__column(r), "the root <opticalSystem> was expected, not <%s>", lensimport__clean(tag, strlen(tag), 0, root_name, sizeof root_name));
             root = 1;
         } else if (strcmp(tag, "element") == 0) {
             if ((s = lensimport__row(r)) == NULL) return 0;

@@ -783,6 +783,8 @@ static void test_markup(void **state)
     assert_int_equal(import_text("<?xml version=\"1.0\"?>\n<ghostList></ghostList>"), LFLARE_ERROR_SYNTAX);
     assert_string_equal(error.text, "the root <opticalSystem> was expected, not <ghostList>");
     assert_int_equal(error.line, 2);
+    assert_int_equal(import_text("<\xc3\xa9t\xe9>"), LFLARE_ERROR_SYNTAX);
+    assert_string_equal(error.text, "the root <opticalSystem> was expected, not <\?\?t\?\?>");
     assert_int_equal(import_text("<!DOCTYPE x [<!ENTITY a \"b\">]><opticalSystem></opticalSystem>"), LFLARE_ERROR_SYNTAX);
     assert_string_equal(error.text, "document types and entities are not read");
     assert_int_equal(import_text("<opticalSystem><elements><element><radius>x</radius></element></elements></opticalSystem>"), LFLARE_ERROR_SYNTAX);
