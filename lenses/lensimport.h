@@ -1500,6 +1500,23 @@ static lensimport_match lensimport__find_any(const char *name, size_t size, cons
     return match;
 }
 
+/* CODE V writes J-LAK14 of Hikari as JLAK14_HIKARI: the prefix without its hyphen. */
+static lensimport_match lensimport__find_fused(const char *name, size_t size, const char *maker, size_t maker_size, lensimport_glass *out)
+{
+    static const struct {
+        char maker[8], letter;
+    } fused[] = {{"HIKARI", 'J'}, {"SUMITA", 'K'}, {"HOYA", 'M'}, {"HOYA", 'E'}};
+    lensimport_match match = LENSIMPORT_MATCH_NONE;
+    size_t i;
+    for (i = 0; i < sizeof fused / sizeof fused[0] && match == LENSIMPORT_MATCH_NONE; i++) {
+        if (size < 3 || lensimport__upper(name[0]) != fused[i].letter || !lensimport__alike(maker, maker_size, fused[i].maker)) continue;
+        match = lensimport__find_exact(name + 1, size - 1, NULL, out);
+        if (match == LENSIMPORT_MATCH_NONE) match = lensimport__find_successor(name + 1, size - 1, NULL, out);
+        if (match == LENSIMPORT_MATCH_NAME) match = out->match = LENSIMPORT_MATCH_SUCCESSOR;
+    }
+    return match;
+}
+
 LENSIMPORT_API lensimport_match lensimport_glass_find(const char *name, size_t size, const char *prefer, lensimport_glass *out)
 {
     lensimport_match match;
@@ -1533,6 +1550,7 @@ LENSIMPORT_API lensimport_match lensimport_glass_find(const char *name, size_t s
         } else {
             match = lensimport__find_any(name, i - 1, prefer, &g);
         }
+        if (match == LENSIMPORT_MATCH_NONE) match = lensimport__find_fused(name, i - 1, name + i, k, &g);
         break;
     }
     if (match != LENSIMPORT_MATCH_NONE) *out = g;
