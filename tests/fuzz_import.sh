@@ -20,7 +20,7 @@ for format in ${FORMATS:-2 3 4 5 6 7 8 9}; do
     grep -hE 'check failed|runtime error|SUMMARY: [AUl]' "$B/log-$format" || true
 done
 tool() { for t in "$1" "$1-14" "/usr/lib/llvm-14/bin/$1"; do command -v "$t" >/dev/null 2>&1 && { echo "$t"; return; }; done; echo false; }
-clang -std=c99 -DLFLARE_NO_GL -g -O1 -fprofile-instr-generate -fcoverage-mapping -DFUZZ_MAIN -I. -Itests tests/fuzz_import.c -o "$B/replay" -lm
+clang -std=c99 -DLFLARE_NO_GL -g -O1 -fprofile-instr-generate -fcoverage-mapping -DFUZZ_MAIN -DFUZZ_STAGES=1000000 -I. -Itests tests/fuzz_import.c -o "$B/replay" -lm
 find "$B"/corpus-* tests/fuzz_seeds_import -type f | tr '\n' '\0' | LLVM_PROFILE_FILE="$B/part-%p.raw" xargs -0 "$B/replay" 2>/dev/null
 $(tool llvm-profdata) merge "$B"/part-*.raw -o "$B/all.profdata"
 rm -f "$B"/part-*.raw
