@@ -2760,7 +2760,7 @@ static int lensimport__report_glass(lensimport__reader *r, lflare_surface *s)
     return 1;
 }
 
-/* A row of the surface table; `ids` keeps the first byte of what it is called: O object, I image. Returns 0 at the table's end. */
+/* A row of the surface table, from OBJ to IMA. Returns 0 where there is none: at the table's end. */
 static int lensimport__report_row(lensimport__reader *r, const lensimport__table *t)
 {
     lflare_surface *s = NULL;
@@ -2807,17 +2807,14 @@ static void lensimport__report_general(lensimport__reader *r)
     double v = 0;
     if (lensimport__report_value(r, "Effective Focal Length", &v) && r->report->stated_efl == 0) r->report->stated_efl = v;
     else if (lensimport__report_value(r, "Image Space F/#", &v) && r->p->fnumber == 0) r->p->fnumber = v;
-    else if (lensimport__report_value(r, "Image Space NA", &v)) return;
     else if (lensimport__report_value(r, "Lens Units", NULL)) {
         r->facts.scale = lensimport__begins(r->word, r->word_size, "Centim") ? 10 : lensimport__begins(r->word, r->word_size, "Inch") ? 25.4 : lensimport__begins(r->word, r->word_size, "Meter") ? 1000 : 1;
     } else if (lensimport__report_value(r, "Title", NULL)) {
         r->next = (size_t)(r->word - r->text);
         lensimport__rest(r);
         lensimport__copy_text(r, r->p->name, sizeof r->p->name);
-    } else if (lensimport__report_value(r, "Configuration", NULL) || r->length == 0) {
-        return;
     }
-    r->next = 0;
+    r->next = 0; /* "Configuration 1 of 3" */
     if (lensimport__word(r) && lensimport__is(r, "Configuration") && lensimport__word(r) && lensimport__number(r, &v) && v >= 1 && v < 1000) {
         double count = 0;
         if (lensimport__word(r) && lensimport__is(r, "of") && lensimport__word(r) && lensimport__number(r, &count) && count >= v && count < 1000) {
