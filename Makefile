@@ -52,7 +52,7 @@ $(B)/%: examples/%.c lensflare.h | $(B)
 $(B)/test_%: tests/test_%.c lensflare.h $(wildcard tests/*.h) | $(B)
 	$(CC) $(ALL) $< -o $@ -lcmocka -lm
 
-$(B)/test_reference $(B)/test_aberration $(B)/test_traced: $(B)/test_%: tests/test_%.c tests/oracle.h examples/reference.h lensflare.h | $(B)
+$(B)/test_reference $(B)/test_aberration $(B)/test_traced $(B)/test_paths: $(B)/test_%: tests/test_%.c tests/oracle.h examples/reference.h lensflare.h | $(B)
 	$(CC) $(ALL) $< -o $@ -lcmocka $(THREADS) -lm
 
 $(B)/test_import: tests/test_import.c lenses/lensimport.h lensflare.h | $(B)

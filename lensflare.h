@@ -14,7 +14,8 @@
        LFLARE_NO_STDIO         leaves out lflare_file_read and the include of <stdio.h>
        LFLARE_NO_SOFTWARE      leaves out the room "software"
        LFLARE_NO_GL            leaves out the room "gl"
-       LFLARE_NO_TRACE         leaves out the room "trace", and traced ghosts: fits made elsewhere are still loaded and drawn
+       LFLARE_NO_TRACE         leaves out the room "trace", traced ghosts, ghosts across the stop and of four reflections: fits of
+                               the others made elsewhere are still loaded and drawn
        LFLARE_NO_ABERRATION    leaves out the polynomial model: room "aberration", fitting, meshes
        LFLARE_NO_DIFFRACTION   leaves out the room "diffraction": starbursts, masks
 
@@ -145,7 +146,10 @@
 
    THE MODEL (sources: Lee & Eisemann 2013 = LE; Hullin et al. 2011 = H; project notes = P with their section)
 
-   A ghost is a pair of surfaces (first, second), second in front of first, on one side of the stop. Per wavelength two
+   A ghost is a pair of surfaces (first, second), second in front of first, on one side of the stop. Two kinds more may be asked for
+   (lflare_desc.paths): pairs with the stop between them, whose light passes it three times, and four reflections, of which those that
+   lay most light on the frame are kept. Where a path crosses the stop more than once the blades shape one crossing, the one that clips
+   first on the axis; at the others the iris clips as its circumscribed circle. Per wavelength two
    2x2 matrices carry an entrance point r (on the plane of the first vertex) and slope u to the stop, a = Ma11 r +
    Ma12 u, and to the sensor, s = M11 r + M12 u (LE 3). Every crossing k of the path clips: |A_k r + B_k u| <= h_k (P 3).
    All clipping circles have their centres on the line through the axis and the light, hence two facts used throughout:
@@ -177,8 +181,8 @@
 
    THE TABLES, BY LIFETIME (all float; every row is a whole number of RGBA32F texels, so a GPU reads it with texelFetch)
 
-       lens      head      ghost:  3 x (Ma11 Ma12 M11 M12), one per wavelength; (first second rims 0)       64 bytes
-       lens      rims      ghost:  LFLARE_MAX_RIMS x 3 x (A B h surface)                                   576 bytes
+       lens      head      ghost:  3 x (Ma11 Ma12 M11 M12), one per wavelength; (reflections, rims, steps)     64 bytes
+       lens      rims      ghost:  LFLARE_MAX_RIMS x 3 x (A B h surface), h 0: the iris again             576 bytes
        lens      film      surface: 128 x (R at 3 wavelengths, 0) over cos(theta) in the rarer medium     2048 bytes
        lens      index     surface: index behind it at 3 wavelengths
        lens      surface   surface: vertex, curvature, rim, conic and aspheric terms                             48 bytes
@@ -202,7 +206,7 @@
    LIMITS
 
    128 rows, 1024 layers in all, 65,535 ghosts, 65,535 lights as fixed at creation, pictures of any size. Rotationally
-   symmetric refracting lenses. Two reflections, on one side of the stop.
+   symmetric refracting lenses. Two reflections on one side of the stop; on request across it, and at most 256 ghosts of four.
 
    GL STATE
 
@@ -252,9 +256,13 @@ enum {
     LFLARE_MAX_BLADES = 16,
     LFLARE_MAX_EDGES = 5,      /* of a drawn footprint: the iris and the four rims that bind most for its light */
     LFLARE_MAX_RIMS = 12,      /* clipping circles kept per ghost, pupil and iris not counted; those that bind most */
-    LFLARE_MAX_CIRCLES = 3 * LFLARE_MAX_SURFACES + 2, /* of a path: a rim per crossing */
+    LFLARE_MAX_CIRCLES = 5 * LFLARE_MAX_SURFACES + 2, /* of a path: a rim per crossing */
+    LFLARE_MAX_FOUR = 256,     /* ghosts of four reflections */
+    LFLARE_MAX_STOPS = 5,      /* crossings of the stop by one path */
     LFLARE_MAX_NOTES = 160,
-    LFLARE_WAVELENGTHS = 3,    /* of a band */
+    LFLARE_WAVELENGTHS = 3,    /* at which lenses are known */
+    LFLARE_MAX_WAVELENGTHS = 32, /* of which pictures are made, if settings ask for more: in between, and beyond, the three are interpolated */
+    LFLARE_SPECTRUM_ROWS = 37, /* of a ghost's colours at a field angle */
     LFLARE_FIELD_SAMPLES = 64, /* of a ghost's colour and footprint over the field angle */
     LFLARE_FILM_SAMPLES = 128,
     LFLARE_HEAD_FLOATS = 16,
@@ -265,7 +273,8 @@ enum {
     LFLARE_SURFACE_FLOATS = 12,
     LFLARE_OUTLINE_KNOTS = 12,   /* field angles at which traced ghosts' outlines are kept; */
     LFLARE_OUTLINE_SIDES = 17,   /* directions, over half a turn */
-    LFLARE_OUTLINE_FLOATS = LFLARE_WAVELENGTHS * (8 + LFLARE_OUTLINE_KNOTS * (12 + 4 * LFLARE_OUTLINE_SIDES)),
+    LFLARE_OUTLINE_FLOATS = LFLARE_WAVELENGTHS * (4 + LFLARE_OUTLINE_KNOTS * (20 + 4 * LFLARE_OUTLINE_SIDES)),
+    LFLARE_STEP_FLOATS = 8,
     LFLARE_PATCH_DIRECTIONS = 9, /* vertices of a patch of a mesh: round its inside and its rim, */
     LFLARE_PATCH_RINGS = 5,      /* outwards in the inside, */
     LFLARE_PATCH_BANDS = 3       /* and in the rim */
@@ -360,6 +369,10 @@ LFLARE_API int32_t lflare_number_write(double value, char *out);
 /* Index of refraction at a wavelength (P 4). From nd and Vd: n = A + B/l^2 through the lines F and C. */
 LFLARE_API double lflare_index(const lflare_medium *medium, double nm);
 
+/* What one wavelength adds to linear sRGB, by the CIE's observer of 1931, interpolated from steps of 5 nm; 0 beyond 380 to 780 nm, negative where
+   sRGB lacks the colour. Not scaled: see P 10. Not if LFLARE_NO_DIFFRACTION and LFLARE_NO_TRACE are both given. */
+LFLARE_API void lflare_wavelength_rgb(double nm, double *rgb);
+
 /* ---- lens ---- */
 
 typedef enum lflare_note_kind {
@@ -385,6 +398,18 @@ typedef struct lflare_matrix {
     double a, b, c, d;
 } lflare_matrix;
 
+/* Which light paths are ghosts, besides those of two reflections on one side of the stop. All zeroes: no others. */
+typedef struct lflare_paths {
+    int32_t across_stop; /* 1: ghosts whose reflections have the stop between them, too, which so pass it three or five times */
+    int32_t four;        /* most ghosts of four reflections, those that lay most light on the frame: see lflare_lens_paths; 0 = none */
+} lflare_paths;
+
+/* Surfaces that reflect, from 0, in the order of time: the second in front of the first, the third behind the second, the fourth in
+   front of the third. Two reflections: third and fourth are 0. Tables for people count from 1. */
+typedef struct lflare_pair {
+    int32_t first, second, third, fourth;
+} lflare_pair;
+
 /* A validated lens in which nothing is missing. Plain data. */
 typedef struct lflare_lens {
     lflare_prescription prescription; /* with every derived value filled in */
@@ -394,14 +419,26 @@ typedef struct lflare_lens {
     double stop_a11;                  /* height at the stop per height at the entrance, direct path, d line */
     double sensor_width, sensor_height;
     int32_t ghost_count;
+    lflare_paths paths;               /* which these are: see lflare_lens_paths */
+    int32_t four_count;               /* ghosts of four reflections, ordered by their surfaces */
+    lflare_pair four[LFLARE_MAX_FOUR];
     int32_t note_count;               /* what was derived or looks odd */
     lflare_note notes[LFLARE_MAX_NOTES];
 } lflare_lens;
 
 /* Checks a prescription and derives what is missing: sensor, focus, stop from the f-number or the reverse, clear
    semi-diameters from the paraxial marginal ray and the chief ray to the sensor's corner (half the beam passes there).
-   Allocates nothing; O(surfaces^2). *error may be NULL. */
+   Allocates nothing; O(surfaces^2). *error may be NULL. Its ghosts have two reflections on one side of the stop. */
 LFLARE_API lflare_result lflare_lens_derive(const lflare_prescription *prescription, lflare_lens *out, lflare_error *error);
+
+/* Chooses which paths of a derived lens are ghosts: everything that follows takes them from the lens, so this comes first; tables and
+   fits made before no longer belong to it. paths NULL is as all zeroes. `four` is 0 to LFLARE_MAX_FOUR and, where across_stop is 0, counts
+   paths on one side of the stop alone. Kept are those of most flux on the frame: paraxially, on the axis, at 510 nm and f/8 (or the full
+   opening, if that is less), W times the area that is open over what it spreads to, the frame at least; of equals (to a float) those of the
+   lower surfaces. Allocates nothing; 3 ms at 34 surfaces, 0.2 s at most: lenses of a hundred surfaces that are all much alike have more paths than
+   that allows to look at. With LFLARE_NO_TRACE there are none of these. On error the lens stays as it
+   is; error may be NULL. */
+LFLARE_API lflare_result lflare_lens_paths(lflare_lens *lens, const lflare_paths *paths, lflare_error *error);
 
 /* One sentence about a note; `out` of `size` bytes is always terminated if size > 0. Returns out. */
 LFLARE_API const char *lflare_note_text(const lflare_note *note, char *out, size_t size);
@@ -415,34 +452,34 @@ LFLARE_API double lflare_sag(const lflare_surface *surface, double r);
 
 /* ---- ghosts ---- */
 
-/* Surfaces that reflect, from 0: first behind second in space, before it in time. Tables for people count from 1. */
-typedef struct lflare_pair {
-    int32_t first, second;
-} lflare_pair;
-
-/* All pairs on one side of the stop with an index step at both (P 3), ordered by first, then second. *count: room in
-   `out` on entry, number of ghosts on return; LFLARE_INCOMPLETE if there was too little. out may be NULL if *count is 0. */
+/* All pairs of surfaces with an index step (P 3) on one side of the stop, or as lflare_lens_paths has it, ordered by first, then
+   second; behind them the lens's ghosts of four reflections. *count: room in `out` on entry, number of ghosts on return;
+   LFLARE_INCOMPLETE if there was too little. out may be NULL if *count is 0. What follows takes any path of four reflections, in the
+   list or not, and across the stop if lens->paths.across_stop is set. */
 LFLARE_API lflare_result lflare_ghost_list(const lflare_lens *lens, lflare_pair *out, int32_t *count);
 
 typedef struct lflare_ghost_matrices {
-    lflare_matrix ma, ms, m; /* entrance to stop, stop to sensor, entrance to sensor */
+    lflare_matrix ma, ms, m; /* entrance to stop (see lflare_crossing.iris), stop to sensor, entrance to sensor */
 } lflare_ghost_matrices;
 
-/* Matrices of `count` ghosts at one wavelength; O(surfaces + count) when the pairs are in the list's order. */
+/* Matrices of `count` ghosts at one wavelength; O(surfaces + count) when the pairs are in the list's order, and O(surfaces) each for
+   those of four reflections and across the stop. */
 LFLARE_API lflare_result lflare_ghost_optics(const lflare_lens *lens, double nm, const lflare_pair *pairs, int32_t count,
                                              lflare_ghost_matrices *out);
 
 typedef struct lflare_crossing {
     int32_t surface;
-    int32_t backwards; /* 1 between the two reflections, and for the reflection at `second` */
-    int32_t reflected; /* 1 at first and second */
+    int32_t backwards; /* 1 from behind the first reflection up to the second, that included, and again from the third to the fourth */
+    int32_t reflected;
+    int32_t iris;      /* 1 where the blades shape the ghost: of all crossings of the stop the one whose image on the entrance is smallest (at
+                          the d line), and so clips first. At others the iris clips as a round rim, its circumscribed circle */
     double a, b;       /* height here = a r + b u */
     double p, q;       /* tangent of the paraxial angle of incidence = |p r + q u| (P 5) */
     double n_in, n_out;/* indices on the side the ray comes from and on the other side */
 } lflare_crossing;
 
-/* Every crossing of a ghost's path in order, the stop included once. *count as in lflare_ghost_list; at most
-   3 * LFLARE_MAX_SURFACES. */
+/* Every crossing of a ghost's path in order, those of the stop included. *count as in lflare_ghost_list; at most
+   5 * LFLARE_MAX_SURFACES. */
 LFLARE_API lflare_result lflare_ghost_path(const lflare_lens *lens, double nm, lflare_pair pair, lflare_crossing *out, int32_t *count);
 
 /* Circles |x - centre u| <= radius, all on one line (in entrance mm along the light's direction). */
@@ -461,7 +498,8 @@ LFLARE_API lflare_region lflare_region_of(const lflare_circle *circles, int32_t 
 
 typedef enum lflare_clip { LFLARE_CLIP_IRIS, LFLARE_CLIP_PUPIL, LFLARE_CLIP_BOTH, LFLARE_CLIP_RIM, LFLARE_CLIP_HIDDEN } lflare_clip;
 
-/* What bounds a ghost for slope u >= 0 and a round iris of radius `iris` (P 3), and the exact footprint on the entrance. */
+/* What bounds a ghost for slope u >= 0 and a round iris of radius `iris` (P 3), and the exact footprint on the entrance. Where the stop is
+   crossed more than once LFLARE_CLIP_IRIS speaks of the crossing that blades shape, LFLARE_CLIP_RIM of the others, too. */
 LFLARE_API lflare_clip lflare_ghost_clip(const lflare_lens *lens, double nm, lflare_pair pair, double iris, double u, lflare_region *region);
 
 /* ---- coating ---- */
@@ -626,11 +664,11 @@ LFLARE_API void lflare_starburst_at(const lflare_starburst *starburst, float x, 
 
 /* ---- trace (not with LFLARE_NO_TRACE) ---- */
 
-enum { LFLARE_MAX_STEPS = 3 * LFLARE_MAX_SURFACES };
+enum { LFLARE_MAX_STEPS = 5 * LFLARE_MAX_SURFACES };
 
 /* A surface as a path meets it. */
 typedef struct lflare_step {
-    int32_t surface, backwards, reflected;
+    int32_t surface, backwards, reflected, iris; /* as in lflare_crossing */
     double z;                        /* of the vertex, from that of the first surface */
     double n_in, n_out, eta;         /* eta: n_in / n_out */
     double n_front, n_behind;        /* of the media on its two sides */
@@ -641,7 +679,7 @@ typedef struct lflare_step {
     int32_t layer_count;
 } lflare_step;
 
-/* A way through the lens at one wavelength, ready to trace many rays. About 50 KB; points into the lens, which must outlive it. */
+/* A way through the lens at one wavelength, ready to trace many rays. About 77 KB; points into the lens, which must outlive it. */
 typedef struct lflare_path {
     const lflare_lens *lens;
     double nm, sensor_z;
@@ -667,7 +705,9 @@ typedef struct lflare_hit {
 typedef struct lflare_ray {
     lflare_fate fate;
     int32_t steps;                   /* crossings met, and so hits written */
-    double sensor[2], stop[2];       /* mm */
+    double sensor[2], stop[2];       /* mm; stop: where blades shape the path, see lflare_crossing.iris */
+    double stops[LFLARE_MAX_STOPS][2]; /* each crossing of the stop in order, mm: light passes an iris that is open at all of them */
+    int32_t stop_count;
     double direction[3];             /* unit vector at the sensor */
     double relative;                 /* largest of all surfaces but the stop: above 1 a rim stops the ray */
     int32_t widest;                  /* the surface where that is */
@@ -695,7 +735,8 @@ typedef struct lflare_aberration_desc {
 } lflare_aberration_desc;
 
 /* Fits polynomials to exact rays of every ghost (P 8), once per lens: 7 to 15 ms a ghost. *fit is allocated, *size bytes long, free
-   it with the same callback: a block of bytes to store, to load at any address and to give to lflare_desc. Takes 6 MB while it works.
+   it with the same callback: a block of bytes to store, to load at any address and to give to lflare_desc. Takes 14 MB while it works, of which
+   most lenses touch half.
    LFLARE_INCOMPLETE if `progress` stopped it, with nothing left behind. desc and error may be NULL. Not with LFLARE_NO_TRACE. */
 LFLARE_API lflare_result lflare_aberration_fit(const lflare_lens *lens, const lflare_aberration_desc *desc, void **fit, size_t *size, lflare_error *error);
 
@@ -726,7 +767,7 @@ typedef enum lflare_model {
                                 Not with LFLARE_NO_TRACE */
 } lflare_model;
 
-/* Changes one ghost, by its surface pair counted from 1 as in tables and patents. All zeroes changes nothing. */
+/* Changes one ghost, by its surfaces counted from 1 as in tables and patents. */
 typedef struct lflare_override {
     int32_t first, second;
     int32_t hide;
@@ -735,6 +776,7 @@ typedef struct lflare_override {
     float scale;    /* size about its own centroid, irradiance kept; 0 = 1 */
     float move[2];  /* along the line from the picture's centre to the light, and to the left of it, as a fraction of the
                        distance of the light's own image */
+    int32_t third, fourth; /* of four reflections; 0 0 = there are two */
 } lflare_override;
 
 /* The horizontal streak of anamorphic lenses, an element of its own and the artist's: it has no place in a rotationally symmetric
@@ -757,6 +799,9 @@ typedef struct lflare_settings {
     float exposure_ev;         /* stops on top of either */
     int32_t ghost_budget;      /* most ghosts per light, strongest first; 0 = all */
     float min_flux;            /* leaves out ghosts whose peak flux is below this fraction of all ghosts' sum */
+    int32_t wavelengths;       /* of meshes and traced ghosts: 4 to LFLARE_MAX_WAVELENGTHS from 400 to 700 nm, blended into each other; 0 or 3: those three at
+                                  which channels are. Ghosts that are split by wavelength are drawn as many times.
+                                  Not with LFLARE_NO_TRACE */
     int32_t paper_clipping;    /* 1: only front rim and iris clip, as in Lee & Eisemann 2013 */
     float iris_softness;       /* edges of the iris fade over so much on either side, in its radii: 0 to 0.5 */
     lflare_mask_desc mask;     /* what stands in the iris besides; its image is read until configure is complete */
@@ -822,8 +867,9 @@ typedef struct lflare_tables {
     float wavelengths[LFLARE_WAVELENGTHS];
     /* lens: filled by lflare_tables_prepare */
     lflare_pair *pairs;     /* [ghost_count] */
-    float *head;            /* [ghost_count * LFLARE_HEAD_FLOATS] */
-    float *rims;            /* [ghost_count * LFLARE_MAX_RIMS * LFLARE_RIM_FLOATS] */
+    float *head;            /* [ghost_count * LFLARE_HEAD_FLOATS]; the last four: first + LFLARE_MAX_SURFACES * third, second + that * fourth, rims, first row of steps */
+    float *rims;            /* [ghost_count * LFLARE_MAX_RIMS * LFLARE_RIM_FLOATS]; h is 0 where the rim is the iris at a crossing that blades do
+                               not shape: take the radius of the iris in force */
     float *film;            /* [surface_count * LFLARE_FILM_SAMPLES * 4] */
     float *index;           /* [surface_count * 4]: behind each surface, 0 */
     float *surface;         /* [surface_count * LFLARE_SURFACE_FLOATS]: z of the vertex, curvature, clear semi-diameter, 1 + conic constant; aspheric
@@ -837,8 +883,17 @@ typedef struct lflare_tables {
     float *mesh_head;       /* [ghost_count * LFLARE_MESH_HEAD_FLOATS]; NULL where there is no fit, or the model is paraxial */
     float *mesh;            /* [mesh_texels * 4] */
     size_t mesh_texels;
-    float *outline;         /* [ghost_count * LFLARE_OUTLINE_FLOATS]: where traced ghosts' rays pass; for that model, set by the caller before
-                               configure_begin */
+    float *outline;         /* [ghost_count * LFLARE_OUTLINE_FLOATS]: where traced ghosts' rays pass; for that model: see lflare_tables_demand */
+    float *steps;           /* a row of LFLARE_STEP_FLOATS for each surface that a traced ghost's rays meet, in order, ghost after ghost (the last of its
+                               head's floats counts them): way along the axis from the last vertex, mm; curvature, 1 / clear semi-diameter, 1 + conic
+                               constant; index before over index behind at three wavelengths; 16 x the surface, + 1 reflects, 2 is the stop, 3 that
+                               where it clips as a circle, 4 has aspheric terms, 8 is met backwards */
+    int32_t wavelength_count; /* 0: the three alone */
+    float spectral[LFLARE_MAX_WAVELENGTHS + 1][8]; /* of each: shares of the three that make its places; nm; what it adds to RGB, 0 */
+    float *spectrum;        /* [ghost_count * LFLARE_OUTLINE_KNOTS * LFLARE_SPECTRUM_ROWS * 4], if there are more than three, for field angles: centre and
+                               half axes of the bundle on the entrance, 0; W of each wavelength over it, as a parabola: c0 + c1 a + c2 a^2 + c3 b^2, (a, b)
+                               in half axes from the centre, a along the light's slope; the same summed to red, green and blue; see lflare_tables_demand */
+    float *films;           /* [surface_count * LFLARE_FILM_SAMPLES * (LFLARE_MAX_WAVELENGTHS + 1)]: as `film`, at these; likewise */
     float *rank;            /* [ghost_count * 2]: peak flux; mean irradiance over the frame at the exposure's reference */
     lflare_cull *cull;      /* [ghost_count], the first active_count in use, strongest first */
     int32_t active_count, ghost_budget;
@@ -869,6 +924,11 @@ LFLARE_API lflare_tables_size lflare_tables_layout(const lflare_lens *lens, cons
 /* Prepare: the lens tables of ghosts begin <= g < end, so that slices or threads may share the work; films and indices
    come with begin == 0. Cost: 10 to 15 us a ghost. */
 LFLARE_API lflare_result lflare_tables_prepare(const lflare_lens *lens, lflare_tables *tables, int32_t begin, int32_t end);
+
+/* Floats that settings need besides (the traced model's outlines and steps, the colours of more than three wavelengths), and where memory is given
+   (16-byte aligned; NULL = leave as is) sets the pointers into it: after prepare, before configure_begin. 0: none. Not
+   if LFLARE_NO_ABERRATION and LFLARE_NO_TRACE are both given. */
+LFLARE_API size_t lflare_tables_demand(lflare_tables *tables, const lflare_settings *settings, float *memory);
 
 /* Configure, in three parts that may be spread over frames: begin (iris, overrides checked), any number of ranges
    covering all ghosts (50 to 120 us a ghost, with meshes 5 to 25 ms), end (order, normalisation). The lens tables must be whole. */
@@ -963,6 +1023,8 @@ typedef struct lflare_patch_vertex {
     float rim[LFLARE_WAVELENGTHS];         /* how far out on the rim that clips first, in units of its clear radius: inside is below 1 */
     float rim_soft;                        /* over which that rim's edge fades on either side, mm on the sensor */
     float rim_ring, iris_ring;             /* length of fringes at that rim and at the iris, likewise */
+    float bundle[2];                       /* with more than three wavelengths: place in the bundle, see tables.spectrum */
+    float apart;                           /* of meshes for one of many wavelengths: way to the next one's picture, mm; it softens their edges, too */
     float turn, bulge;                     /* counts directions; rims are round: subtract 4 bulge f (1 - f) from `rim`, f being the
                                               fraction of `turn` */
 } lflare_patch_vertex;
@@ -971,6 +1033,12 @@ typedef struct lflare_patch_vertex {
    those of `inside` are lit all over, those of `rim` within iris and rims. Triangles may overlap (caustics) and turn over. */
 typedef struct lflare_patch {
     int32_t rimmed;                        /* 0: this patch has no rim */
+    const float *spectrum;                 /* NULL: channels are red, green and blue. With more than three wavelengths the ghost's rows of tables.spectrum
+                                              at the field angle before the light's: channels of what iris and rims cut (with a mask the inside's, too)
+                                              are all alike and stand for W = 1; heights at each wavelength are made of the three by tables.spectral, its W
+                                              of spectrum, */
+    float between;                         /* interpolated to the next field angle's by this; to what it adds to RGB comes */
+    float color[3];                        /* the light's colour, exposure applied */
     float iris_soft;                       /* as rim_soft, of the iris */
     lflare_patch_vertex inside[LFLARE_PATCH_RINGS][LFLARE_PATCH_DIRECTIONS], rim[LFLARE_PATCH_BANDS][LFLARE_PATCH_DIRECTIONS];
 } lflare_patch;
@@ -1007,7 +1075,7 @@ LFLARE_API void lflare_to_rgb8(const float *rgba, size_t count, float gain, int3
 
 /* ---- gl ---- */
 
-enum { LFLARE_GL_MAX_LIGHTS = 240 }; /* of one draw: a uniform block of 16 KB */
+enum { LFLARE_GL_MAX_LIGHTS = 232 }; /* of one draw: a uniform block of 16 KB */
 
 /* The shape of glfwGetProcAddress, eglGetProcAddress and OSMesaGetProcAddress: the only door to GL. */
 typedef void (*lflare_gl_function)(void);
@@ -1080,6 +1148,7 @@ typedef struct lflare_desc {
     const char *text;       /* a prescription's text, or */
     size_t text_size;
     const lflare_prescription *prescription; /* one already read; text is then ignored */
+    lflare_paths paths;     /* more ghosts: across the stop, of four reflections */
     const void *fit;        /* of lflare_aberration_fit, for the polynomial model: must outlive the object; NULL = none */
     size_t fit_size;
     lflare_settings settings;
@@ -1922,6 +1991,39 @@ LFLARE_API lflare_result lflare_text_write(const lflare_prescription *p, char *t
 /* Red, green and blue of the model (P 4). */
 static const double lflare__rgb_nm[LFLARE_WAVELENGTHS] = {650, 510, 475};
 
+#if !defined(LFLARE_NO_DIFFRACTION) || !defined(LFLARE_NO_TRACE)
+/* The CIE's standard observer of 1931, 380 to 780 nm in steps of 5 (CIE 15, colour matching functions), in 1e-6. */
+enum { LFLARE__CIE_COUNT = 81 };
+static const int32_t lflare__cie[3][LFLARE__CIE_COUNT] = {
+    {1368, 2236, 4243, 7650, 14310, 23190, 43510, 77630, 134380, 214770, 283900, 328500, 348280, 348060, 336200, 318700,
+     290800, 251100, 195360, 142100, 95640, 57950, 32010, 14700, 4900, 2400, 9300, 29100, 63270, 109600, 165500, 225750,
+     290400, 359700, 433450, 512050, 594500, 678400, 762100, 842500, 916300, 978600, 1026300, 1056700, 1062200, 1045600,
+     1002600, 938400, 854450, 751400, 642400, 541900, 447900, 360800, 283500, 218700, 164900, 121200, 87400, 63600, 46770,
+     32900, 22700, 15840, 11359, 8111, 5790, 4109, 2899, 2049, 1440, 1000, 690, 476, 332, 235, 166, 117, 83, 59, 42},
+    {39, 64, 120, 217, 396, 640, 1210, 2180, 4000, 7300, 11600, 16840, 23000, 29800, 38000, 48000, 60000, 73900, 90980, 112600,
+     139020, 169300, 208020, 258600, 323000, 407300, 503000, 608200, 710000, 793200, 862000, 914850, 954000, 980300, 994950,
+     1000000, 995000, 978600, 952000, 915400, 870000, 816300, 757000, 694900, 631000, 566800, 503000, 441200, 381000, 321000,
+     265000, 217000, 175000, 138200, 107000, 81600, 61000, 44580, 32000, 23200, 17000, 11920, 8210, 5723, 4102, 2929, 2091,
+     1484, 1047, 740, 520, 361, 249, 172, 120, 85, 60, 42, 30, 21, 15},
+    {6450, 10550, 20050, 36210, 67850, 110200, 207400, 371300, 645600, 1039050, 1385600, 1622960, 1747060, 1782600, 1772110,
+     1744100, 1669200, 1528100, 1287640, 1041900, 812950, 616200, 465180, 353300, 272000, 212300, 158200, 111700, 78250, 57250,
+     42160, 29840, 20300, 13400, 8750, 5750, 3900, 2750, 2100, 1800, 1650, 1400, 1100, 1000, 800, 600, 340, 240, 190, 100, 50,
+     30, 20, 10, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}
+};
+
+static const double lflare__to_srgb[3][3] = {{3.2404542, -1.5371385, -0.4985314}, {-0.9692660, 1.8760108, 0.0415560}, {0.0556434, -0.2040259, 1.0572252}};
+
+LFLARE_API void lflare_wavelength_rgb(double nm, double *rgb)
+{
+    double at = (nm - 380) / 5, xyz[3], f;
+    int32_t i = (int32_t)lflare__clamp(at, 0, LFLARE__CIE_COUNT - 2), k, c;
+    f = at - i;
+    for (k = 0; k < 3; k++) xyz[k] = at >= 0 && at <= LFLARE__CIE_COUNT - 1 ? 1e-6 * (lflare__cie[k][i] + f * (lflare__cie[k][i + 1] - lflare__cie[k][i])) : 0;
+    for (k = 0; k < 3; k++)
+        for (rgb[k] = 0, c = 0; c < 3; c++) rgb[k] += lflare__to_srgb[k][c] * xyz[c];
+}
+#endif
+
 LFLARE_API double lflare_index(const lflare_medium *m, double nm)
 {
     const double *c = m->c;
@@ -2001,19 +2103,24 @@ typedef struct lflare__paraxial {
     lflare_matrix to_sensor[LFLARE_MAX_SURFACES];  /* from just behind surface i to the sensor */
 } lflare__paraxial;
 
+static void lflare__prefixes(const lflare_lens *lens, const double *n, lflare_matrix *before)
+{
+    int32_t i;
+    before[0] = lflare__identity;
+    for (i = 0; i < lens->surface_count; i++) {
+        before[i + 1] = before[i];
+        lflare__refract(&before[i + 1], n[i], n[i + 1], lens->curvature[i]);
+        lflare__translate(&before[i + 1], lens->prescription.surfaces[i].thickness);
+    }
+}
+
 /* The suffixes run towards the front: to_x(i-1) = to_x(i) refraction(i) gap(i-1). */
 static void lflare__paraxial_make(const lflare_lens *lens, double nm, lflare__paraxial *x)
 {
     const lflare_surface *s = lens->prescription.surfaces;
     int32_t i, count = lens->surface_count;
-    lflare_matrix m = lflare__identity;
     lflare__indices(&lens->prescription, nm, x->n);
-    for (i = 0; i < count; i++) {
-        x->before[i] = m;
-        lflare__refract(&m, x->n[i], x->n[i + 1], lens->curvature[i]);
-        lflare__translate(&m, s[i].thickness);
-    }
-    x->before[count] = m;
+    lflare__prefixes(lens, x->n, x->before);
     for (i = count - 1; i >= 0; i--) {
         lflare_matrix step = lflare__identity;
         lflare__translate(&step, s[i].thickness);
@@ -2027,14 +2134,11 @@ static void lflare__paraxial_make(const lflare_lens *lens, double nm, lflare__pa
 LFLARE_API lflare_matrix lflare_system_matrix(const lflare_lens *lens, double nm)
 {
     double n[LFLARE_MAX_SURFACES + 1];
-    lflare_matrix m = lflare__identity;
-    int32_t i;
+    lflare_matrix before[LFLARE_MAX_SURFACES + 1], *m = &before[lens->surface_count - 1];
     lflare__indices(&lens->prescription, nm, n);
-    for (i = 0; i < lens->surface_count; i++) {
-        lflare__refract(&m, n[i], n[i + 1], lens->curvature[i]);
-        if (i + 1 < lens->surface_count) lflare__translate(&m, lens->prescription.surfaces[i].thickness);
-    }
-    return m;
+    lflare__prefixes(lens, n, before);
+    lflare__refract(m, n[lens->surface_count - 1], n[lens->surface_count], lens->curvature[lens->surface_count - 1]);
+    return *m;
 }
 
 /* >> 5 lens */
@@ -2301,12 +2405,18 @@ LFLARE_API lflare_result lflare_lens_derive(const lflare_prescription *prescript
     result = lflare__derive_stop(lens, &x, error);
     if (result != LFLARE_OK) return result;
     lflare__derive_semis(lens, &x);
-    lens->ghost_count = 0;
     lflare_ghost_list(lens, NULL, &lens->ghost_count);
     return LFLARE_OK;
 }
 
 /* >> 6 ghosts */
+
+/* Whether there are paths across the stop and of four reflections. A constant, so that compilers leave out what serves them alone. */
+#ifndef LFLARE_NO_TRACE
+enum { LFLARE__MORE_PATHS = 1, LFLARE__TURNS = 4 };
+#else
+enum { LFLARE__MORE_PATHS = 0, LFLARE__TURNS = 2 };
+#endif
 
 LFLARE_API lflare_result lflare_ghost_list(const lflare_lens *lens, lflare_pair *out, int32_t *count)
 {
@@ -2316,22 +2426,116 @@ LFLARE_API lflare_result lflare_ghost_list(const lflare_lens *lens, lflare_pair 
     room = *count;
     for (i = 0; i < lens->surface_count; i++) reflects[i] = lflare__reflects(&lens->prescription, i);
     for (i = 1; i < lens->surface_count; i++)
-        for (j = i > lens->stop ? lens->stop + 1 : 0; j < i && reflects[i]; j++) {
+        for (j = i > lens->stop && !(LFLARE__MORE_PATHS && lens->paths.across_stop) ? lens->stop + 1 : 0; j < i && reflects[i]; j++) {
             if (!reflects[j]) continue;
             if (n < room) {
                 out[n].first = i;
                 out[n].second = j;
+                out[n].third = out[n].fourth = 0;
             }
             n++;
         }
+    for (i = 0; LFLARE__MORE_PATHS && i < lens->four_count; i++, n++)
+        if (n < room) out[n] = lens->four[i];
     *count = n;
     return n > room ? LFLARE_INCOMPLETE : LFLARE_OK;
 }
 
+/* A path's reflections in order, and the foremost and rearmost of them. */
+typedef struct lflare__turns {
+    int32_t at[LFLARE__TURNS], count, front, back;
+} lflare__turns;
+
+static lflare__turns lflare__turns_of(lflare_pair p)
+{
+    lflare__turns t;
+    t.at[0] = t.back = p.first;
+    t.at[1] = t.front = p.second;
+    t.count = 2;
+#ifndef LFLARE_NO_TRACE
+    if (p.third == 0 && p.fourth == 0) return t;
+    t.at[2] = p.third;
+    t.at[3] = p.fourth;
+    t.count = 4;
+    if (p.third > t.back) t.back = p.third;
+    if (p.fourth < t.front) t.front = p.fourth;
+#endif
+    return t;
+}
+
+static int lflare__crosses_stop(const lflare_lens *lens, const lflare__turns *t) { return LFLARE__MORE_PATHS && t->front < lens->stop && t->back > lens->stop; }
+
 static int lflare__valid_pair(const lflare_lens *lens, lflare_pair p)
 {
-    return p.second >= 0 && p.second < p.first && p.first < lens->surface_count && p.second != lens->stop && p.first != lens->stop &&
-           (p.first < lens->stop) == (p.second < lens->stop);
+    lflare__turns t = lflare__turns_of(p);
+    int32_t i;
+    for (i = 0; i < t.count; i++)
+        if (t.at[i] == lens->stop || (i > 0 && (i % 2 != 0 ? t.at[i] >= t.at[i - 1] : t.at[i] <= t.at[i - 1]))) return 0;
+    return t.front >= 0 && t.back < lens->surface_count && ((LFLARE__MORE_PATHS && lens->paths.across_stop) || t.front > lens->stop || t.back < lens->stop);
+}
+
+/* Walks the path, one crossing a call; m carries from the entrance to just before the crossing. */
+typedef struct lflare__walk {
+    const lflare_lens *lens;
+    const double *n;
+    int32_t turns[LFLARE__TURNS], turn_count;
+    lflare_matrix m;
+    int32_t surface, leg; /* forward on legs 0, 2 and 4, back on 1 and 3 */
+    int32_t iris;         /* crossings of the stop up to the one that blades shape */
+} lflare__walk;
+
+static int lflare__walk_next(lflare__walk *w, lflare_crossing *out)
+{
+    const lflare_surface *s = w->lens->prescription.surfaces;
+    int32_t i = w->surface;
+    double c;
+    if (i >= w->lens->surface_count) return 0;
+    out->surface = i;
+    out->reflected = w->leg < (LFLARE__MORE_PATHS ? w->turn_count : 2) && i == w->turns[w->leg];
+    out->backwards = w->leg & 1;
+    out->iris = i == w->lens->stop && (!LFLARE__MORE_PATHS || w->iris-- == 0);
+    out->n_in = w->n[i + out->backwards];
+    out->n_out = w->n[i + 1 - out->backwards];
+    c = out->backwards ? -w->lens->curvature[i] : w->lens->curvature[i];
+    out->a = w->m.a;
+    out->b = w->m.b;
+    out->p = w->m.c + c * w->m.a;
+    out->q = w->m.d + c * w->m.b;
+    if (out->reflected) {
+        lflare__reflect(&w->m, c);
+        w->leg++;
+    } else {
+        lflare__refract(&w->m, out->n_in, out->n_out, c);
+    }
+    w->surface = w->leg & 1 ? i - 1 : i + 1;
+    lflare__translate(&w->m, s[w->leg & 1 ? i - 1 : i].thickness);
+    return 1;
+}
+
+static void lflare__walk_start(lflare__walk *w, const lflare_lens *lens, const double *n, lflare_pair pair)
+{
+    double d_line[LFLARE_MAX_SURFACES + 1], most = -1;
+    lflare__turns t = lflare__turns_of(pair);
+    lflare__walk search;
+    lflare_crossing x;
+    int32_t stops = 0;
+    w->lens = lens;
+    w->n = n;
+    for (w->turn_count = 0; w->turn_count < t.count; w->turn_count++) w->turns[w->turn_count] = t.at[w->turn_count];
+    w->m = lflare__identity;
+    w->surface = w->leg = w->iris = 0;
+    if (!lflare__crosses_stop(lens, &t)) return;
+    lflare__indices(&lens->prescription, LFLARE__NM_D, d_line); /* one wavelength, so that all agree */
+    search = *w;
+    search.n = d_line;
+    while (lflare__walk_next(&search, &x)) {
+        if (x.surface != lens->stop) continue;
+        if (fabs(x.a) > 1.000001 * most) {
+            most = fabs(x.a);
+            w->iris = stops;
+        }
+        stops++;
+    }
 }
 
 /* From just before `first`, going forward, to just before `second`, coming back: the part that all ghosts of one `first`
@@ -2348,6 +2552,23 @@ static void lflare__back_step(const lflare_lens *lens, const double *n, int32_t 
     lflare__translate(m, lens->prescription.surfaces[surface - 1].thickness);
 }
 
+/* Step by step, where ghosts share too little. */
+static void lflare__walked_optics(const lflare_lens *lens, const double *n, lflare_pair pair, lflare_ghost_matrices *out)
+{
+    lflare__walk walk, before;
+    lflare_crossing x;
+    lflare__walk_start(&walk, lens, n, pair);
+    for (before = walk; lflare__walk_next(&walk, &x); before = walk)
+        if (x.iris) { /* begin anew there */
+            out->ma = before.m;
+            walk = before;
+            walk.m = lflare__identity;
+            lflare__walk_next(&walk, &x);
+        }
+    out->ms = walk.m;
+    out->m = lflare__product(out->ms, out->ma);
+}
+
 LFLARE_API lflare_result lflare_ghost_optics(const lflare_lens *lens, double nm, const lflare_pair *pairs, int32_t count, lflare_ghost_matrices *out)
 {
     lflare__paraxial x;
@@ -2357,8 +2578,13 @@ LFLARE_API lflare_result lflare_ghost_optics(const lflare_lens *lens, double nm,
     lflare__paraxial_make(lens, nm, &x);
     for (g = count - 1; g >= 0; g--) { /* the list has second ascending: downwards every step is new */
         lflare_pair p = pairs[g];
+        lflare__turns turns = lflare__turns_of(p);
         lflare_matrix m;
         if (!lflare__valid_pair(lens, p)) return LFLARE_ERROR_ARGUMENT;
+        if (LFLARE__MORE_PATHS && (turns.count > 2 || lflare__crosses_stop(lens, &turns))) {
+            lflare__walked_optics(lens, x.n, p, &out[g]);
+            continue;
+        }
         if (p.first != first || p.second > at) {
             first = p.first;
             at = first - 1;
@@ -2378,52 +2604,6 @@ LFLARE_API lflare_result lflare_ghost_optics(const lflare_lens *lens, double nm,
         }
     }
     return LFLARE_OK;
-}
-
-/* Walks the path, one crossing a call; m carries from the entrance to just before the crossing. */
-typedef struct lflare__walk {
-    const lflare_lens *lens;
-    const double *n;
-    lflare_pair pair;
-    lflare_matrix m;
-    int32_t surface, leg; /* leg 0 forward, 1 back, 2 forward again */
-} lflare__walk;
-
-static void lflare__walk_start(lflare__walk *w, const lflare_lens *lens, const double *n, lflare_pair pair)
-{
-    w->lens = lens;
-    w->n = n;
-    w->pair = pair;
-    w->m = lflare__identity;
-    w->surface = 0;
-    w->leg = 0;
-}
-
-static int lflare__walk_next(lflare__walk *w, lflare_crossing *out)
-{
-    const lflare_surface *s = w->lens->prescription.surfaces;
-    int32_t i = w->surface;
-    double c;
-    if (i >= w->lens->surface_count) return 0;
-    out->surface = i;
-    out->reflected = (w->leg == 0 && i == w->pair.first) || (w->leg == 1 && i == w->pair.second);
-    out->backwards = w->leg == 1;
-    out->n_in = w->n[i + out->backwards];
-    out->n_out = w->n[i + 1 - out->backwards];
-    c = out->backwards ? -w->lens->curvature[i] : w->lens->curvature[i];
-    out->a = w->m.a;
-    out->b = w->m.b;
-    out->p = w->m.c + c * w->m.a;
-    out->q = w->m.d + c * w->m.b;
-    if (out->reflected) {
-        lflare__reflect(&w->m, c);
-        w->leg++;
-    } else {
-        lflare__refract(&w->m, out->n_in, out->n_out, c);
-    }
-    w->surface = w->leg == 1 ? i - 1 : i + 1;
-    lflare__translate(&w->m, s[w->leg == 1 ? i - 1 : i].thickness);
-    return 1;
 }
 
 LFLARE_API lflare_result lflare_ghost_path(const lflare_lens *lens, double nm, lflare_pair pair, lflare_crossing *out, int32_t *count)
@@ -2560,8 +2740,8 @@ static double lflare__hidden_slope(const lflare_circle *c, int32_t count, int32_
     return u;
 }
 
-/* A path at one wavelength: its circles (the pupil at 0, the iris at 1, a rim per crossing after them), each one's height
-   coefficients, and the whole matrix. */
+/* A path at one wavelength: its circles (the pupil at 0, the iris at 1, a rim per crossing after them, those of the stop that blades do not
+   shape among them), each one's height coefficients, and the whole matrix. */
 typedef struct lflare__rims {
     lflare_circle circles[LFLARE_MAX_CIRCLES];
     double a[LFLARE_MAX_CIRCLES], b[LFLARE_MAX_CIRCLES];
@@ -2579,8 +2759,8 @@ static int32_t lflare__collect_rims(const lflare_lens *lens, const double *n, lf
     out->circles[0].centre = 0;
     out->circles[0].radius = s[0].semi_diameter;
     while (lflare__walk_next(&walk, &x)) {
-        at = x.surface == lens->stop ? 1 : count++;
-        out->circles[at] = lflare__circle(x.a, x.b, at == 1 ? iris : s[x.surface].semi_diameter, s[0].semi_diameter);
+        at = x.iris ? 1 : count++;
+        out->circles[at] = lflare__circle(x.a, x.b, x.surface == lens->stop ? iris : s[x.surface].semi_diameter, s[0].semi_diameter);
         out->a[at] = x.a;
         out->b[at] = x.b;
         out->surface[at] = x.surface;
@@ -2651,9 +2831,9 @@ static double lflare__stack_reflectance(const lflare__stack *m, double y0, doubl
 /* Bare surfaces come out of the empty product; the cosine form has no 0/0 at normal incidence (P 5). */
 LFLARE_API double lflare_film_reflectance(double n0, double n1, const lflare_layer *layers, int32_t count, double nm, double s)
 {
-    lflare__stack ms = {1, 0, 0, 1}, mp = {1, 0, 0, 1};
-    double cos0, cos1;
-    int32_t i;
+    lflare__stack m[2] = {{1, 0, 0, 1}, {1, 0, 0, 1}}; /* s, p */
+    double cos0, cos1, sum = 0;
+    int32_t i, p;
     if (s >= n0 || s >= n1) return 1;
     cos0 = sqrt((1 - s / n0) * (1 + s / n0));
     cos1 = sqrt((1 - s / n1) * (1 + s / n1));
@@ -2662,10 +2842,10 @@ LFLARE_API double lflare_film_reflectance(double n0, double n1, const lflare_lay
         double phase = 2 * LFLARE__PI * layers[i].thickness_nm / nm * n * q;
         int evanescent = cos2 < 0;
         double cosine = evanescent ? cosh(lflare__min(phase, 300)) : cos(phase), sine = evanescent ? sinh(lflare__min(phase, 300)) : sin(phase);
-        lflare__stack_add(&ms, cosine, sine, n * q, evanescent ? -1 : 1);
-        lflare__stack_add(&mp, cosine, sine, evanescent ? -n / q : n / q, evanescent ? -1 : 1);
+        for (p = 0; p < 2; p++) lflare__stack_add(&m[p], cosine, sine, p == 0 ? n * q : evanescent ? -n / q : n / q, evanescent ? -1 : 1);
     }
-    return lflare__clamp(0.5 * (lflare__stack_reflectance(&ms, n0 * cos0, n1 * cos1) + lflare__stack_reflectance(&mp, n0 / cos0, n1 / cos1)), 0, 1);
+    for (p = 0; p < 2; p++) sum += p == 0 ? lflare__stack_reflectance(&m[p], n0 * cos0, n1 * cos1) : lflare__stack_reflectance(&m[p], n0 / cos0, n1 / cos1);
+    return lflare__clamp(0.5 * sum, 0, 1);
 }
 
 LFLARE_API lflare_result lflare_film_layers(const lflare_lens *lens, int32_t surface, lflare_layer *out, int32_t *count)
@@ -2710,6 +2890,179 @@ LFLARE_API double lflare_ghost_weight(const lflare_lens *lens, double nm, lflare
     return w;
 }
 
+#ifndef LFLARE_NO_TRACE
+/* -- ghosts of four reflections: which are worth keeping -- */
+
+/* Paths make a tree, along which power and open entrance only fall: what can no longer reach the weakest of those kept is left. */
+typedef struct lflare__ranker {
+    const lflare_lens *lens;
+    double n[LFLARE_MAX_SURFACES + 1], reflectance[LFLARE_MAX_SURFACES], clear[LFLARE_MAX_SURFACES];
+    int reflects[LFLARE_MAX_SURFACES];
+    double at_most[5];              /* power left by the reflections that follow on each leg */
+    double frame;                   /* its area over pi */
+    int32_t front, back;            /* paths turn from here to there */
+    int32_t turns[4], count, room;
+    int32_t crossings;              /* that may still be looked at */
+    float flux[LFLARE_MAX_FOUR];    /* of those kept, the strongest first, */
+    uint32_t keys[LFLARE_MAX_FOUR]; /* and their surfaces, 7 bits each */
+} lflare__ranker;
+
+/* On its way: height and slope, behind the last surface, of the ray that enters at 1 along the axis; power; radius of the open entrance. */
+typedef struct lflare__branch {
+    double height, slope, power, radius;
+} lflare__branch;
+
+static void lflare__rank_keep(lflare__ranker *r, float flux)
+{
+    uint32_t key = (uint32_t)r->turns[0] << 21 | (uint32_t)r->turns[1] << 14 | (uint32_t)r->turns[2] << 7 | (uint32_t)r->turns[3];
+    int32_t at = r->count, i;
+    while (at > 0 && (flux > r->flux[at - 1] || (flux == r->flux[at - 1] && key < r->keys[at - 1]))) at--; /* of equals the lesser key */
+    if (!(flux > 0) || at == r->room) return;
+    if (r->count < r->room) r->count++;
+    for (i = r->count - 1; i > at; i--) {
+        r->flux[i] = r->flux[i - 1];
+        r->keys[i] = r->keys[i - 1];
+    }
+    r->flux[at] = flux;
+    r->keys[at] = key;
+}
+
+/* The branch goes on to the vertex of surface `at`; 0 if it is not worth following. Equals come in the order of their keys, so that
+   what can but equal the weakest is not, either. */
+static int lflare__rank_reach(lflare__ranker *r, lflare__branch *b, int32_t at, int32_t leg)
+{
+    const lflare_surface *s = r->lens->prescription.surfaces;
+    if (r->crossings-- <= 0) return 0;
+    b->height += leg & 1 ? b->slope * s[at].thickness : at > 0 ? b->slope * s[at - 1].thickness : 0;
+    b->radius = lflare__min(b->radius, r->clear[at] / fabs(b->height));
+    return (float)((1 + 1e-12) * b->power * r->at_most[leg] * b->radius * b->radius / r->frame) > (r->count < r->room ? 0 : r->flux[r->room - 1]);
+}
+
+static void lflare__rank_cross(const lflare__ranker *r, lflare__branch *b, int32_t at, int32_t backwards)
+{
+    double c = backwards ? -r->lens->curvature[at] : r->lens->curvature[at], n1 = r->n[at + backwards], n2 = r->n[at + 1 - backwards];
+    b->slope = (n1 - n2) / n2 * c * b->height + n1 / n2 * b->slope;
+    b->power *= 1 - r->reflectance[at];
+}
+
+static void lflare__rank_turn(lflare__ranker *r, lflare__branch b, int32_t at, int32_t leg);
+
+/* From just in front of surface at + 1 on: the foremost turn comes first. */
+static void lflare__rank_back(lflare__ranker *r, lflare__branch b, int32_t at, int32_t leg)
+{
+    lflare__branch there[LFLARE_MAX_SURFACES];
+    int32_t from = at, k;
+    for (; at >= r->front && lflare__rank_reach(r, &b, at, leg); at--) {
+        there[at] = b;
+        lflare__rank_cross(r, &b, at, 1);
+    }
+    for (k = at + 1; k <= from; k++) lflare__rank_turn(r, there[k], k, leg);
+}
+
+/* From just behind surface at - 1 on, on an even leg, turning at every surface that comes. */
+static void lflare__rank_forward(lflare__ranker *r, lflare__branch b, int32_t at, int32_t leg)
+{
+    int32_t last = leg < 4 ? r->back : r->lens->surface_count - 1;
+    for (; at <= last; at++) {
+        if (!lflare__rank_reach(r, &b, at, leg)) return;
+        if (leg < 4 && at >= r->front) lflare__rank_turn(r, b, at, leg);
+        lflare__rank_cross(r, &b, at, 0);
+    }
+    if (leg == 4) {
+        double area = b.radius * b.radius, m11 = b.height + b.slope * r->lens->prescription.surfaces[last].thickness;
+        lflare__rank_keep(r, (float)(b.power * area / lflare__max(r->frame, area * m11 * m11)));
+    }
+}
+
+static void lflare__rank_turn(lflare__ranker *r, lflare__branch b, int32_t at, int32_t leg)
+{
+    if (!r->reflects[at]) return;
+    b.slope += (leg & 1 ? -2 : 2) * r->lens->curvature[at] * b.height;
+    b.power *= r->reflectance[at];
+    r->turns[leg] = at;
+    if (leg & 1) lflare__rank_forward(r, b, at + 1, leg + 1);
+    else lflare__rank_back(r, b, at - 1, leg + 1);
+}
+
+static void lflare__rank_side(lflare__ranker *r, int32_t front, int32_t back)
+{
+    lflare__branch b = {1, 0, 1, 0};
+    b.radius = r->clear[0];
+    r->front = front;
+    r->back = back;
+    lflare__rank_forward(r, b, 0, 0);
+}
+
+static void lflare__rank_make(lflare__ranker *r, const lflare_lens *lens, double nm)
+{
+    lflare_layer layers[LFLARE_MAX_LAYERS];
+    double most = 0;
+    int32_t i;
+    r->lens = lens;
+    r->frame = lens->sensor_width * lens->sensor_height / LFLARE__PI;
+    r->count = 0;
+    r->room = lens->paths.four;
+    r->crossings = 1 << 23; /* 40 times what a zoom of 34 surfaces takes; 0.15 s */
+    lflare__indices(&lens->prescription, nm, r->n);
+    for (i = 0; i < lens->surface_count; i++) {
+        int32_t count = LFLARE_MAX_LAYERS;
+        lflare_film_layers(lens, i, layers, &count);
+        r->reflects[i] = lflare__reflects(&lens->prescription, i);
+        r->reflectance[i] = lflare_film_reflectance(r->n[i], r->n[i + 1], layers, count, nm, 0);
+        r->clear[i] = lens->prescription.surfaces[i].semi_diameter;
+        if (r->reflects[i]) most = lflare__max(most, r->reflectance[i]);
+    }
+    r->clear[lens->stop] = fabs(lens->stop_a11) * lens->efl / (2 * lflare__max((double)LFLARE_NORMAL_FNUMBER, lens->fnumber));
+    r->at_most[4] = 1;
+    for (i = 3; i >= 0; i--) r->at_most[i] = most * r->at_most[i + 1];
+}
+
+static void lflare__rank_four(lflare_lens *lens)
+{
+    lflare__ranker r;
+    int32_t i, k;
+    lflare__rank_make(&r, lens, lflare__rgb_nm[1]);
+    if (lens->paths.across_stop) {
+        lflare__rank_side(&r, 0, lens->surface_count - 1);
+    } else {
+        lflare__rank_side(&r, 0, lens->stop - 1);
+        lflare__rank_side(&r, lens->stop + 1, lens->surface_count - 1);
+    }
+    for (i = 1; i < r.count; i++) { /* by surfaces: rounding that differs from machine to machine then changes the last of them at most */
+        uint32_t key = r.keys[i];
+        for (k = i; k > 0 && key < r.keys[k - 1]; k--) r.keys[k] = r.keys[k - 1];
+        r.keys[k] = key;
+    }
+    for (i = 0; i < r.count; i++) {
+        lens->four[i].first = (int32_t)(r.keys[i] >> 21);
+        lens->four[i].second = (int32_t)(r.keys[i] >> 14 & 127);
+        lens->four[i].third = (int32_t)(r.keys[i] >> 7 & 127);
+        lens->four[i].fourth = (int32_t)(r.keys[i] & 127);
+    }
+    lens->four_count = r.count;
+}
+
+LFLARE_API lflare_result lflare_lens_paths(lflare_lens *lens, const lflare_paths *paths, lflare_error *error)
+{
+    if (error != NULL) memset(error, 0, sizeof *error);
+    if (lens == NULL) return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "no lens given");
+    if (paths != NULL && (paths->across_stop < 0 || paths->across_stop > 1 || paths->four < 0 || paths->four > LFLARE_MAX_FOUR))
+        return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "paths: across_stop is 0 or 1, four 0 to %i", (int32_t)LFLARE_MAX_FOUR);
+    lens->paths.across_stop = paths != NULL ? paths->across_stop : 0;
+    lens->paths.four = paths != NULL ? paths->four : 0;
+    lens->four_count = lens->ghost_count = 0;
+    if (lens->paths.four > 0) lflare__rank_four(lens);
+    lflare_ghost_list(lens, NULL, &lens->ghost_count);
+    return LFLARE_OK;
+}
+#else
+LFLARE_API lflare_result lflare_lens_paths(lflare_lens *lens, const lflare_paths *paths, lflare_error *error)
+{
+    if (lens != NULL && (paths == NULL || (paths->across_stop | paths->four) == 0)) return LFLARE_OK;
+    return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "LFLARE_NO_TRACE leaves out other paths");
+}
+#endif
+
 /* A surface's reflectance over the cosine c in the rarer medium, where it is smooth up to grazing incidence; n sin(theta)
    follows from it. Beyond the critical angle it is 1. `row` holds 4 floats a sample. */
 static void lflare__film_row(const lflare_lens *lens, int32_t surface, lflare_layer *scratch, float *row)
@@ -2746,6 +3099,102 @@ static float lflare__film_lookup(const float *row, int32_t k, float cosine)
     i = i < 1 ? 1 : i > LFLARE_FILM_SAMPLES - 3 ? LFLARE_FILM_SAMPLES - 3 : i;
     return lflare__cubic(row + i * 4 + k, 4, t - (float)i);
 }
+
+#ifdef LFLARE__PATCHES
+/* Of a ghost whose wavelengths have one each, or all have one. */
+static int32_t lflare__meshes(const lflare_tables *t, int split) { return !split ? 1 : t->wavelength_count > 0 ? t->wavelength_count : LFLARE_WAVELENGTHS; }
+
+/* -- more than three wavelengths -- */
+
+#define LFLARE__LONGEST 700.0 /* nm */
+#define LFLARE__SHORTEST 400.0
+
+/* Indices go by 1 / wavelength^2, nearly: places are interpolated by it. */
+static double lflare__dispersion(double nm) { return 1e6 / (nm * nm); }
+
+/* The i-th end of the intervals that wavelengths stand for, equally far apart in dispersion. */
+static double lflare__interval(int32_t i, int32_t count)
+{
+    double first = lflare__dispersion(LFLARE__LONGEST), last = lflare__dispersion(LFLARE__SHORTEST);
+    return 1e3 / sqrt(first + (last - first) * i / count);
+}
+
+/* What an interval of equal power adds to RGB. */
+static void lflare__interval_rgb(int32_t i, int32_t count, double *rgb)
+{
+    enum { PARTS = 16 };
+    double lo = lflare__interval(i, count), hi = lflare__interval(i + 1, count), part[3];
+    int32_t j, k;
+    for (k = 0; k < 3; k++) rgb[k] = 0;
+    for (j = 0; j < PARTS; j++) {
+        lflare_wavelength_rgb(lo + (hi - lo) * (j + 0.5) / PARTS, part);
+        for (k = 0; k < 3; k++) rgb[k] += part[k] * fabs(hi - lo) / PARTS;
+    }
+}
+
+/* Wavelengths, what of the three makes their places, and what of sRGB they add: all of them white. */
+static void lflare__spectral_make(lflare_tables *t, int32_t count)
+{
+    double known[LFLARE_WAVELENGTHS], white[3] = {0, 0, 0};
+    int32_t i, j, k;
+    memset(t->spectral, 0, sizeof t->spectral);
+    t->wavelength_count = count > LFLARE_WAVELENGTHS ? count : 0;
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) known[k] = lflare__dispersion(lflare__rgb_nm[k]);
+    for (i = 0; i < t->wavelength_count; i++) {
+        float *row = t->spectral[i];
+        double nm = lflare__interval(2 * i + 1, 2 * count), at = lflare__dispersion(nm), rgb[3];
+        row[3] = (float)nm;
+        for (k = 0; k < LFLARE_WAVELENGTHS; k++)
+            for (row[k] = 1, j = 0; j < LFLARE_WAVELENGTHS; j++)
+                if (j != k) row[k] *= (float)((at - known[j]) / (known[k] - known[j]));
+        lflare__interval_rgb(i, count, rgb);
+        for (k = 0; k < 3; k++) {
+            row[4 + k] = (float)rgb[k];
+            white[k] += rgb[k];
+        }
+    }
+    for (i = 0; i < t->wavelength_count; i++)
+        for (k = 0; k < 3; k++) t->spectral[i][4 + k] /= (float)white[k];
+    for (i = t->wavelength_count; i <= LFLARE_MAX_WAVELENGTHS && i > 0; i++) /* shaders take three at a time: what is missing has places, no light */
+        memcpy(t->spectral[i], t->spectral[i - 1], sizeof(float) * 4);
+}
+
+/* Shares of the three that make one of them. */
+static const float lflare__shares[LFLARE_WAVELENGTHS][LFLARE_WAVELENGTHS] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+
+/* Of the longest wavelength, the middle one, the shortest. */
+static void lflare__ends_of(const lflare_tables *t, const float **ends)
+{
+    int32_t k;
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) ends[k] = lflare__shares[k];
+    if (t->wavelength_count == 0) return;
+    ends[0] = t->spectral[0];
+    ends[2] = t->spectral[t->wavelength_count - 1];
+}
+
+#ifndef LFLARE_NO_TRACE
+/* See tables.films. */
+static void lflare__films_make(const lflare_lens *lens, lflare_tables *t)
+{
+    double n[LFLARE_MAX_SURFACES + 1];
+    int32_t i, w, j;
+    for (w = 0; w < t->wavelength_count; w++) {
+        lflare__indices(&lens->prescription, (double)t->spectral[w][3], n);
+        for (i = 0; i < lens->surface_count; i++) {
+            lflare_layer layers[LFLARE_MAX_LAYERS];
+            int32_t count = LFLARE_MAX_LAYERS;
+            double rarer = lflare__min(n[i], n[i + 1]);
+            lflare_film_layers(lens, i, layers, &count);
+            for (j = 0; j < LFLARE_FILM_SAMPLES; j++) {
+                double c = (double)j / (LFLARE_FILM_SAMPLES - 1);
+                t->films[((size_t)i * LFLARE_FILM_SAMPLES + (size_t)j) * (LFLARE_MAX_WAVELENGTHS + 1) + (size_t)w] =
+                    i == lens->stop ? 0.0f : (float)lflare_film_reflectance(n[i], n[i + 1], layers, count, (double)t->spectral[w][3], rarer * sqrt((1 - c) * (1 + c)));
+            }
+        }
+    }
+}
+#endif
+#endif
 
 /* >> 8 iris */
 
@@ -3351,27 +3800,6 @@ static float lflare__power_between(const lflare__transform *t, float x, float y,
 }
 
 /* -- colours -- */
-
-/* The CIE's standard observer of 1931, 380 to 780 nm in steps of 5 (CIE 15, colour matching functions), in 1e-6. */
-enum { LFLARE__CIE_COUNT = 81 };
-static const int32_t lflare__cie[3][LFLARE__CIE_COUNT] = {
-    {1368, 2236, 4243, 7650, 14310, 23190, 43510, 77630, 134380, 214770, 283900, 328500, 348280, 348060, 336200, 318700,
-     290800, 251100, 195360, 142100, 95640, 57950, 32010, 14700, 4900, 2400, 9300, 29100, 63270, 109600, 165500, 225750,
-     290400, 359700, 433450, 512050, 594500, 678400, 762100, 842500, 916300, 978600, 1026300, 1056700, 1062200, 1045600,
-     1002600, 938400, 854450, 751400, 642400, 541900, 447900, 360800, 283500, 218700, 164900, 121200, 87400, 63600, 46770,
-     32900, 22700, 15840, 11359, 8111, 5790, 4109, 2899, 2049, 1440, 1000, 690, 476, 332, 235, 166, 117, 83, 59, 42},
-    {39, 64, 120, 217, 396, 640, 1210, 2180, 4000, 7300, 11600, 16840, 23000, 29800, 38000, 48000, 60000, 73900, 90980, 112600,
-     139020, 169300, 208020, 258600, 323000, 407300, 503000, 608200, 710000, 793200, 862000, 914850, 954000, 980300, 994950,
-     1000000, 995000, 978600, 952000, 915400, 870000, 816300, 757000, 694900, 631000, 566800, 503000, 441200, 381000, 321000,
-     265000, 217000, 175000, 138200, 107000, 81600, 61000, 44580, 32000, 23200, 17000, 11920, 8210, 5723, 4102, 2929, 2091,
-     1484, 1047, 740, 520, 361, 249, 172, 120, 85, 60, 42, 30, 21, 15},
-    {6450, 10550, 20050, 36210, 67850, 110200, 207400, 371300, 645600, 1039050, 1385600, 1622960, 1747060, 1782600, 1772110,
-     1744100, 1669200, 1528100, 1287640, 1041900, 812950, 616200, 465180, 353300, 272000, 212300, 158200, 111700, 78250, 57250,
-     42160, 29840, 20300, 13400, 8750, 5750, 3900, 2750, 2100, 1800, 1650, 1400, 1100, 1000, 800, 600, 340, 240, 190, 100, 50,
-     30, 20, 10, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}
-};
-
-static const double lflare__to_srgb[3][3] = {{3.2404542, -1.5371385, -0.4985314}, {-0.9692660, 1.8760108, 0.0415560}, {0.0556434, -0.2040259, 1.0572252}};
 
 /* Linear sRGB of equal power at 380 + 5 i nm, each channel's sum over all being 1. Pure colours that sRGB lacks are brought into it:
    channels below 0 would leave rings without any red, which no exposure hides. */
@@ -4074,6 +4502,7 @@ typedef struct lflare__fit_ghost {
     float hidden_angle;
     int32_t order, rims, level, folded, squarings, dense, steps[LFLARE_FIT_RIMS]; /* dense: more knots */
     float error;              /* of the sensor places, greatest of the rays fitted, mm */
+    float shrunk[LFLARE_FIT_RIMS]; /* factors of the heights on rims: not 1 where the iris is closer than the full opening that was fitted */
 } lflare__fit_ghost;
 
 static size_t lflare__field_bytes(int32_t terms) { return 8 + 2 * (size_t)(terms - 1); }
@@ -4103,7 +4532,10 @@ static void lflare__fit_ghost_read(const uint8_t *fit, int32_t g, lflare__fit_gh
     out->folded = row[11] & 1;
     out->squarings = row[11] >> 1 & 3;
     out->dense = row[11] >> 3 & 1;
-    for (i = 0; i < LFLARE_FIT_RIMS; i++) out->steps[i] = (int32_t)lflare__get_bytes(row + 12 + 2 * i, 2);
+    for (i = 0; i < LFLARE_FIT_RIMS; i++) {
+        out->steps[i] = (int32_t)lflare__get_bytes(row + 12 + 2 * i, 2);
+        out->shrunk[i] = 1;
+    }
     out->error = lflare__get_float(row + 24);
 }
 
@@ -4177,6 +4609,11 @@ static void lflare__bundle_at(const lflare__fit_ghost *g, float angle, lflare__b
         for (i = 0; i < lflare__terms(g->order - 1); i++)
             for (p = 0; p < LFLARE__PLACES; p++) out->odd[k][i][p] += out->odd[1][i][p];
     }
+    for (p = 0; p < g->rims; p++)
+        for (k = 0; k < LFLARE_WAVELENGTHS && g->shrunk[p] != 1; k++) {
+            for (i = 0; i < lflare__terms(g->order); i++) out->even[k][i][2 + p] *= g->shrunk[p];
+            for (i = 0; i < lflare__terms(g->order - 1); i++) out->odd[k][i][2 + p] *= g->shrunk[p];
+        }
 }
 
 /* Every term at a point of the box (x and y from -1 to 1), and on demand its derivatives. */
@@ -4326,6 +4763,19 @@ static uint64_t lflare__lens_hash(const lflare_lens *lens)
     return lflare__hash_number(hash, lens->sensor_height);
 }
 
+/* The head's word about the ghosts: how many, and above that 16 bits of which, 0 if all have two reflections on one side of the stop. */
+static uint32_t lflare__fit_ghosts(const lflare_lens *lens)
+{
+    uint64_t hash = lflare__hash_number(0, lens->paths.across_stop);
+    int32_t i;
+    for (i = 0; i < lens->four_count; i++) {
+        hash = lflare__hash_number(hash, lens->four[i].first * LFLARE_MAX_SURFACES + lens->four[i].second);
+        hash = lflare__hash_number(hash, lens->four[i].third * LFLARE_MAX_SURFACES + lens->four[i].fourth);
+    }
+    if (!lens->paths.across_stop && lens->four_count == 0) return (uint32_t)lens->ghost_count;
+    return (uint32_t)lens->ghost_count | (uint32_t)(hash >> 48 | 1) << 16;
+}
+
 static const char lflare__fit_magic[6] = {'L', 'F', 'L', 'F', 'I', 'T'};
 
 /* The checksum of all that a fit holds. */
@@ -4388,8 +4838,10 @@ LFLARE_API lflare_result lflare_aberration_check(const lflare_lens *lens, const 
     if (lflare__fit_hash(p) != hash)
         return lflare__fail(error, LFLARE_ERROR_FIT, 0, 0, "the fit is damaged: its checksum is wrong");
     hash = lflare__lens_hash(lens);
-    if (lflare__get_bytes(p + 16, 4) != (uint32_t)hash || lflare__get_bytes(p + 20, 4) != (uint32_t)(hash >> 32) ||
-        lflare__get_bytes(p + 8, 4) != (uint32_t)lens->ghost_count)
+    if (lflare__get_bytes(p + 16, 4) == (uint32_t)hash && lflare__get_bytes(p + 20, 4) == (uint32_t)(hash >> 32) && lflare__get_bytes(p + 8, 4) != lflare__fit_ghosts(lens))
+        return lflare__fail(error, LFLARE_ERROR_FIT, 0, 0, "the fit was made for other paths of this lens (%i ghosts, not %i): see lflare_lens_paths; make it anew",
+                            (int32_t)(lflare__get_bytes(p + 8, 4) & 65535), lens->ghost_count);
+    if (lflare__get_bytes(p + 16, 4) != (uint32_t)hash || lflare__get_bytes(p + 20, 4) != (uint32_t)(hash >> 32))
         return lflare__fail(error, LFLARE_ERROR_FIT, 0, 0, "the fit belongs to another lens, or the lens was changed since: make it anew");
     if (size - LFLARE__FIT_HEAD < (size_t)lens->ghost_count * LFLARE__FIT_ROW) return lflare__fail(error, LFLARE_ERROR_FIT, 0, 0, "the fit is too short for its ghosts");
     for (g = 0; g < lens->ghost_count; g++) {
@@ -4407,7 +4859,7 @@ LFLARE_API lflare_result lflare_aberration_ray(const void *fit, int32_t g, int32
     lflare__terms_at terms;
     float u, ax, ay, x, y;
     int32_t p;
-    if (fit == NULL || g < 0 || (uint32_t)g >= lflare__get_bytes((const uint8_t *)fit + 8, 4) || k < 0 || k >= LFLARE_WAVELENGTHS || entrance == NULL || slope == NULL || out == NULL)
+    if (fit == NULL || g < 0 || (uint32_t)g >= (lflare__get_bytes((const uint8_t *)fit + 8, 4) & 65535) || k < 0 || k >= LFLARE_WAVELENGTHS || entrance == NULL || slope == NULL || out == NULL)
         return LFLARE_ERROR_ARGUMENT;
     memset(out, 0, sizeof *out);
     lflare__fit_ghost_read((const uint8_t *)fit, g, &ghost);
@@ -4437,7 +4889,7 @@ LFLARE_API lflare_result lflare_aberration_ray(const void *fit, int32_t g, int32
 
 LFLARE_API lflare_result lflare_path_make(const lflare_lens *lens, double nm, const lflare_pair *pair, lflare_path *out)
 {
-    static const lflare_pair none = {-1, -1};
+    static const lflare_pair none = {-1, -1, 0, 0};
     double n[LFLARE_MAX_SURFACES + 1], z[LFLARE_MAX_SURFACES];
     lflare__walk walk;
     lflare_crossing at;
@@ -4459,6 +4911,7 @@ LFLARE_API lflare_result lflare_path_make(const lflare_lens *lens, double nm, co
         s->surface = at.surface;
         s->backwards = at.backwards;
         s->reflected = at.reflected;
+        s->iris = at.iris;
         s->z = z[at.surface];
         s->n_in = at.n_in;
         s->n_out = at.n_out;
@@ -4556,8 +5009,13 @@ LFLARE_API lflare_fate lflare_path_trace(const lflare_path *path, const double e
         cosine = -way * (d[0] * normal[0] + d[1] * normal[1] + d[2] * normal[2]);
         height = sqrt(p[0] * p[0] + p[1] * p[1]) / s->semi;
         if (surface->is_stop) {
-            out->stop[0] = p[0];
-            out->stop[1] = p[1];
+            double *at = out->stops[out->stop_count++];
+            at[0] = p[0];
+            at[1] = p[1];
+            if (s->iris) {
+                out->stop[0] = p[0];
+                out->stop[1] = p[1];
+            }
         } else if (height > out->relative) {
             out->relative = height;
             out->widest = s->surface;
@@ -4592,6 +5050,200 @@ LFLARE_API lflare_fate lflare_path_trace(const lflare_path *path, const double e
     return LFLARE_RAY_ARRIVES;
 }
 
+/* -- traced rays: floats, from the tables alone, as shaders trace them -- */
+
+/* The bits of a step, beside 16 times its surface; see lflare_tables.steps. */
+enum { LFLARE__STEP_REFLECTS = 1, LFLARE__STEP_STOP = 2, LFLARE__STEP_BENT = 4, LFLARE__STEP_BACK = 8, LFLARE__STEP_SURFACE = 16 };
+
+static int32_t lflare__step_count(const lflare_tables *t, lflare_pair p) { return t->surface_count + 2 * (p.first - p.second + p.third - p.fourth); }
+
+/* The crossing of the stop that blades shape. */
+static int lflare__step_is_iris(const float *step) { return ((int32_t)step[7] & 3) == LFLARE__STEP_STOP; }
+
+/* Of all ghosts. */
+static int32_t lflare__steps_of(const lflare_tables *t)
+{
+    int32_t last = t->ghost_count - 1;
+    return last < 0 ? 0 : (int32_t)t->head[(size_t)last * LFLARE_HEAD_FLOATS + 15] + lflare__step_count(t, t->pairs[last]);
+}
+
+/* The steps of a ghost. */
+static void lflare__steps_make(const lflare_lens *lens, lflare_tables *t, int32_t g, const double n[][LFLARE_MAX_SURFACES + 1])
+{
+    float *row = t->steps + (size_t)t->head[(size_t)g * LFLARE_HEAD_FLOATS + 15] * LFLARE_STEP_FLOATS, z = 0;
+    lflare__walk walk[LFLARE_WAVELENGTHS];
+    lflare_crossing at;
+    int32_t k;
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) lflare__walk_start(&walk[k], lens, n[k], t->pairs[g]);
+    while (lflare__walk_next(&walk[0], &at)) {
+        const float *s = t->surface + at.surface * LFLARE_SURFACE_FLOATS;
+        int32_t code = at.surface * LFLARE__STEP_SURFACE + (at.reflected ? LFLARE__STEP_REFLECTS : 0) + (at.backwards ? LFLARE__STEP_BACK : 0), j;
+        if (at.surface == lens->stop) code += at.iris ? LFLARE__STEP_STOP : LFLARE__STEP_STOP + LFLARE__STEP_REFLECTS;
+        for (j = 4; j < LFLARE_SURFACE_FLOATS; j++)
+            if (s[j] != 0) code |= LFLARE__STEP_BENT;
+        row[0] = s[0] - z;
+        z = s[0];
+        row[1] = s[1];
+        row[2] = 1 / s[2];
+        row[3] = s[3];
+        for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
+            if (k > 0) lflare__walk_next(&walk[k], &at);
+            row[4 + k] = (float)(at.n_in / at.n_out);
+        }
+        row[7] = (float)code;
+        row += LFLARE_STEP_FLOATS;
+    }
+}
+
+/* What all rays of a ghost share. */
+typedef struct lflare__tracer {
+    const lflare_tables *t;
+    const float *steps;
+    int32_t count;
+    float slope, sensor;               /* of the light, along x; from the last vertex to the sensor, mm */
+    float *many;                       /* NULL, or receives the weights of all of more than three wavelengths */
+    const float *ends[LFLARE_WAVELENGTHS]; /* shares of the longest wavelength, of the middle one, of the shortest */
+} lflare__tracer;
+
+static void lflare__tracer_make(const lflare_tables *t, int32_t g, lflare__tracer *o)
+{
+    o->t = t;
+    o->steps = t->steps + (size_t)t->head[(size_t)g * LFLARE_HEAD_FLOATS + 15] * LFLARE_STEP_FLOATS;
+    o->count = lflare__step_count(t, t->pairs[g]);
+    o->many = NULL;
+    lflare__ends_of(t, o->ends);
+    o->sensor = t->sensor_z - t->surface[(t->surface_count - 1) * LFLARE_SURFACE_FLOATS];
+}
+
+/* A ray on its way through a ghost, in the light's frame; z from the vertex of the surface it meets. */
+typedef struct lflare__traced_ray {
+    float p[3], d[3], stop[2], sensor[2]; /* stop: in radii of the iris */
+    float relative;                       /* largest of all clear semi-diameters, */
+    int32_t widest, steps;                /* and at which step that is; crossings met */
+    float weight[LFLARE_WAVELENGTHS];     /* with the films of each wavelength */
+    int arrives;
+} lflare__traced_ray;
+
+/* The sag at the rim's share r2 of the radius squared that the aspheric terms make, and what it grows by with r2. */
+static float lflare__traced_terms(const float *terms, float r2, float *slope)
+{
+    float sag = 0;
+    int32_t j;
+    for (*slope = 0, j = 7; j >= 0; j--) {
+        *slope = *slope * r2 + sag;
+        sag = sag * r2 + terms[j];
+    }
+    *slope = *slope * r2 + sag;
+    return sag * r2;
+}
+
+/* Moves the ray to a step's surface, `way` 1 or -1 along z; terms: NULL, or of an asphere; the normal faces the front. See lflare__meet. */
+static int lflare__traced_meet(const float *s, const float *terms, float way, lflare__traced_ray *ray, float *normal)
+{
+    float *p = ray->p, *d = ray->d, c = s[1], k = s[3], a, b, e, root, t = -p[2] / d[2], norm, slope = 0;
+    int32_t i, pass;
+    for (i = 0; i < 2; i++) p[i] += t * d[i]; /* to the vertex's plane first: smaller numbers */
+    a = c * (d[0] * d[0] + d[1] * d[1] + k * d[2] * d[2]);
+    b = c * (p[0] * d[0] + p[1] * d[1]) - d[2];
+    e = c * (p[0] * p[0] + p[1] * p[1]);
+    root = b * b - a * e;
+    if (root >= 0) t = e / (-b + way * sqrtf(root));
+    else if (terms != NULL) t = 0;
+    else return 0;
+    for (p[2] = 0, i = 0; i < 3; i++) p[i] += t * d[i];
+    normal[0] = c;
+    normal[2] = c * k * p[2] - 1;
+    for (pass = 0; pass < 6 && terms != NULL; pass++) {
+        float r2 = p[0] * p[0] + p[1] * p[1], inverse = s[2] * s[2], bent = 1 - k * c * c * r2, conic = sqrtf(lflare__maxf(bent, 1e-6f));
+        float sag = c * r2 / (1 + conic) + lflare__traced_terms(terms, r2 * inverse, &slope);
+        normal[0] = c / conic + 2 * slope * inverse;
+        normal[2] = -1;
+        if (bent < 0) return 0;
+        t = (sag - p[2]) / (d[2] - normal[0] * (p[0] * d[0] + p[1] * d[1]));
+        for (i = 0; i < 3; i++) p[i] += t * d[i];
+    }
+    if (!(normal[2] < 0)) return 0; /* past the equator: the other sheet */
+    normal[1] = normal[0] * p[1];
+    normal[0] *= p[0];
+    if (k == 1 && terms == NULL) return 1; /* a sphere's is a unit vector */
+    norm = 1 / sqrtf(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
+    for (i = 0; i < 3; i++) normal[i] *= norm;
+    return lflare__finite((double)norm);
+}
+
+/* Refracts it by `eta`, the index before over that behind, or reflects it; films, unless NULL, decide what goes on; *at: where they are looked up.
+   0: total reflection. */
+static int lflare__traced_pass(const float *film, float eta, int reflected, const float *normal, lflare__traced_ray *ray, float *at)
+{
+    float *d = ray->d, along = d[0] * normal[0] + d[1] * normal[1] + d[2] * normal[2], cosine = fabsf(along), beyond = 1 - eta * eta * (1 - cosine * cosine);
+    int32_t k;
+    *at = eta > 1 ? sqrtf(lflare__maxf(beyond, 0)) : cosine;
+    for (k = 0; k < LFLARE_WAVELENGTHS && film != NULL; k++) {
+        float r = lflare__film_lookup(film, k, *at);
+        ray->weight[k] *= reflected ? r : 1 - r;
+    }
+    if (reflected) {
+        for (k = 0; k < 3; k++) d[k] -= 2 * along * normal[k];
+        return 1;
+    }
+    if (beyond < 0) return 0;
+    beyond = along < 0 ? -sqrtf(beyond) : sqrtf(beyond);
+    for (k = 0; k < 3; k++) d[k] = eta * d[k] + (beyond - eta * along) * normal[k];
+    return 1;
+}
+
+/* What the films of a surface let go on at each of more than three wavelengths. */
+static void lflare__films_pass(const lflare_tables *t, int32_t surface, int reflected, float cosine, float *weights)
+{
+    float at = cosine * (LFLARE_FILM_SAMPLES - 1), f;
+    int32_t i = (int32_t)lflare__minf(lflare__maxf(at, 0), LFLARE_FILM_SAMPLES - 2), w;
+    const float *a = t->films + ((size_t)surface * LFLARE_FILM_SAMPLES + (size_t)i) * (LFLARE_MAX_WAVELENGTHS + 1), *b = a + LFLARE_MAX_WAVELENGTHS + 1;
+    f = at - (float)i;
+    for (w = 0; w < t->wavelength_count; w++) {
+        float r = a[w] + f * (b[w] - a[w]);
+        weights[w] *= reflected ? r : 1 - r;
+    }
+}
+
+/* From the entrance point (x, y) through all steps to the sensor (H 4; P 7), at the wavelength that `shares` make; weighing costs as
+   much again. */
+static void lflare__traced_ray_make(const lflare__tracer *o, const float *shares, int weigh, float x, float y, lflare__traced_ray *ray)
+{
+    const float *s = o->steps;
+    float norm = 1 / sqrtf(1 + o->slope * o->slope), widest = 0;
+    int32_t j;
+    memset(ray, 0, sizeof *ray);
+    ray->p[0] = x;
+    ray->p[1] = y;
+    ray->d[0] = o->slope * norm;
+    ray->d[2] = norm;
+    for (j = 0; j < LFLARE_WAVELENGTHS; j++) ray->weight[j] = 1;
+    for (; ray->steps < o->count; ray->steps++, s += LFLARE_STEP_FLOATS) {
+        int32_t code = (int32_t)s[7], surface = code / LFLARE__STEP_SURFACE;
+        float normal[3], way = code & LFLARE__STEP_BACK ? -1.0f : 1.0f, height, at;
+        ray->p[2] -= s[0];
+        if (!(ray->d[2] * way > 0)) return; /* it went the wrong way */
+        if (!lflare__traced_meet(s, code & LFLARE__STEP_BENT ? o->t->surface + surface * LFLARE_SURFACE_FLOATS + 4 : NULL, way, ray, normal)) return;
+        if ((code & LFLARE__STEP_STOP) && !(code & LFLARE__STEP_REFLECTS)) {
+            for (j = 0; j < 2; j++) ray->stop[j] = ray->p[j] / o->t->iris.radius;
+            continue;
+        }
+        height = (ray->p[0] * ray->p[0] + ray->p[1] * ray->p[1]) * (code & LFLARE__STEP_STOP ? 1 / (o->t->iris.radius * o->t->iris.radius) : s[2] * s[2]);
+        if (height > widest) {
+            widest = height;
+            ray->widest = ray->steps;
+        }
+        if (code & LFLARE__STEP_STOP) continue;
+        if (!lflare__traced_pass(weigh ? o->t->film + (size_t)surface * LFLARE_FILM_SAMPLES * 4 : NULL, s[4] * shares[0] + s[5] * shares[1] + s[6] * shares[2],
+                                 code & LFLARE__STEP_REFLECTS, normal, ray, &at)) return;
+        if (o->many != NULL) lflare__films_pass(o->t, surface, code & LFLARE__STEP_REFLECTS, at, o->many);
+    }
+    if (!(ray->d[2] > 0)) return;
+    ray->relative = sqrtf(widest);
+    for (j = 0; j < 2; j++) ray->sensor[j] = ray->p[j] + ray->d[j] / ray->d[2] * (o->sensor - ray->p[2]);
+    ray->arrives = lflare__finite((double)(ray->sensor[0] + ray->sensor[1] + ray->relative));
+}
+
 /* -- the rays that a ghost lets through -- */
 
 /* A ghost's paths, and what else stops rays: the iris, and that they land too far off to matter. */
@@ -4599,34 +5251,58 @@ typedef struct lflare__finder {
     const lflare_lens *lens;
     double iris, reach;               /* radii on the stop plane and on the sensor, mm */
     int32_t lead;                     /* the wavelength that searches look at */
+    lflare__tracer *tracer;           /* traces in place of paths, faster; NULL: they do */
     lflare_path paths[LFLARE_WAVELENGTHS];
 } lflare__finder;
 
+#ifndef LFLARE_NO_ABERRATION
 static void lflare__finder_make(lflare__finder *f, const lflare_lens *lens, lflare_pair pair, double iris)
 {
     int32_t k;
     f->lens = lens;
     f->iris = iris;
     f->lead = 1;
+    f->tracer = NULL;
     f->reach = LFLARE__FIT_REACH * lflare__max(lens->sensor_width, lens->sensor_height);
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
         lflare_path_make(lens, lflare__rgb_nm[k], &pair, &f->paths[k]);
         f->paths[k].unweighted = 1;
     }
 }
+#endif
+
+/* lflare__closed by floats. */
+static double lflare__closed_floats(lflare__finder *f, int32_t k, double x, double y, double slope, lflare__traced_ray *ray)
+{
+    double stop;
+    f->tracer->slope = (float)slope;
+    lflare__traced_ray_make(f->tracer, f->tracer->ends[k], 0, (float)x, (float)y, ray);
+    if (!ray->arrives) return 5 - (double)ray->steps / f->tracer->count;
+    stop = sqrt((double)(ray->stop[0] * ray->stop[0] + ray->stop[1] * ray->stop[1])) * (double)f->tracer->t->iris.radius / f->iris;
+    stop = lflare__max(stop, sqrt((double)(ray->sensor[0] * ray->sensor[0] + ray->sensor[1] * ray->sensor[1])) / f->reach);
+    return lflare__min(lflare__max(stop, (double)ray->relative), 4);
+}
 
 /* How closed the lens is to a ray: up to 1 it passes and lands near the frame, above 4 it never arrives. */
 static double lflare__closed(lflare__finder *f, int32_t k, double x, double y, double slope, lflare_ray *ray, lflare_hit *hits)
 {
-    double entrance[2], u[2], stop;
+    double entrance[2], u[2], stop = 0;
+    int32_t i;
     entrance[0] = x;
     entrance[1] = y;
     u[0] = slope;
     u[1] = 0;
     if (lflare_path_trace(&f->paths[k], entrance, u, ray, hits) != LFLARE_RAY_ARRIVES) return 5 - (double)ray->steps / f->paths[k].step_count;
-    stop = sqrt(ray->stop[0] * ray->stop[0] + ray->stop[1] * ray->stop[1]) / f->iris;
+    for (i = 0; i < ray->stop_count; i++) stop = lflare__max(stop, sqrt(ray->stops[i][0] * ray->stops[i][0] + ray->stops[i][1] * ray->stops[i][1]) / f->iris);
     stop = lflare__max(stop, sqrt(ray->sensor[0] * ray->sensor[0] + ray->sensor[1] * ray->sensor[1]) / f->reach);
     return lflare__min(lflare__max(stop, ray->relative), 4);
+}
+
+static double lflare__lead_closed(lflare__finder *f, double x, double slope)
+{
+    lflare__traced_ray floats;
+    lflare_ray ray;
+    return f->tracer != NULL ? lflare__closed_floats(f, f->lead, x, 0, slope, &floats) : lflare__closed(f, f->lead, x, 0, slope, &ray, NULL);
 }
 
 /* The least closed ray of the meridional plane, to begin with of 2 `count` + 1: heights are nearly linear in x, so the greatest of
@@ -4635,10 +5311,9 @@ static double lflare__least_closed_of(lflare__finder *f, double slope, int32_t c
 {
     const lflare_surface *front = &f->lens->prescription.surfaces[0];
     double reach = front->semi_diameter + fabs(lflare_sag(front, front->semi_diameter)) * slope, best = 9, step = reach / count;
-    lflare_ray ray;
     int32_t i;
     for (i = -count; i <= count; i++) {
-        double c = lflare__closed(f, f->lead, i * step, 0, slope, &ray, NULL);
+        double c = lflare__lead_closed(f, i * step, slope);
         if (c < best) {
             best = c;
             *at = i * step;
@@ -4647,8 +5322,8 @@ static double lflare__least_closed_of(lflare__finder *f, double slope, int32_t c
     for (i = 0; i < 24 && best > enough && best < 5; i++) { /* walk to the lower side, halving */
         double x = *at, lo, hi;
         step *= 0.6;
-        lo = lflare__closed(f, f->lead, x - step, 0, slope, &ray, NULL);
-        hi = lflare__closed(f, f->lead, x + step, 0, slope, &ray, NULL);
+        lo = lflare__lead_closed(f, x - step, slope);
+        hi = lflare__lead_closed(f, x + step, slope);
         if (lo < best) best = lo, *at = x - step;
         if (hi < best) best = hi, *at = x + step;
     }
@@ -4709,7 +5384,7 @@ typedef struct lflare__fit_knot {
     float heights[LFLARE__FIT_RAYS][LFLARE_MAX_STEPS][2]; /* on every step's rim, at the middle wavelength */
 } lflare__fit_knot;
 
-/* All that fitting needs: about 6 MB. */
+/* All that fitting needs: 14 MB, less for what is not touched. */
 typedef struct lflare__fitter {
     lflare__finder find;
     double pixel;                     /* mm */
@@ -4801,16 +5476,16 @@ static double lflare__hits_weight(const lflare__fitter *f, int32_t k, const lfla
     return w;
 }
 
-/* Counts a ray that one rim alone stops, by not much. */
+/* Counts a ray that one rim alone stops, by not much; the iris, open in full, is one where blades do not shape it. */
 static void lflare__fit_count_cut(lflare__fitter *f, const lflare_path *path, const lflare_ray *ray)
 {
     const double *stop = ray->stop;
     double semi = f->find.iris;
     int32_t i, worst = -1;
-    if (!(ray->relative > 1) || stop[0] * stop[0] + stop[1] * stop[1] > semi * semi) return;
+    if (stop[0] * stop[0] + stop[1] * stop[1] > semi * semi) return;
     for (i = 0; i < path->step_count; i++)
-        if (path->steps[i].surface != f->find.lens->stop && (worst < 0 || f->hits[i].relative > f->hits[worst].relative)) worst = i;
-    f->cuts[worst]++;
+        if (!path->steps[i].iris && (worst < 0 || f->hits[i].relative > f->hits[worst].relative)) worst = i;
+    if (f->hits[worst].relative > 1) f->cuts[worst]++;
 }
 
 /* Rays of a knot at one wavelength, across x up places. The middle wavelength comes first and finds out which rims clip: its rays'
@@ -4984,11 +5659,14 @@ static int32_t lflare__fit_squarings(lflare__fitter *f, int32_t order)
     return best;
 }
 
-/* Steps whose rims clip anywhere, those that clip most rays first. */
-static int32_t lflare__fit_rims(lflare__fitter *f, int32_t step_count, int32_t *steps)
+/* Steps whose rims clip anywhere, those that clip most rays first; before them the iris where blades do not shape it, which may clip once it
+   closes. */
+static int32_t lflare__fit_rims(lflare__fitter *f, const lflare_path *path, int32_t *steps)
 {
-    int32_t rims = 0, i, total = 0;
+    int32_t rims = 0, i, total = 0, step_count = path->step_count;
     for (i = 0; i < LFLARE__KNOTS; i++) total += f->knots[i].near;
+    for (i = 0; i < step_count; i++)
+        if (path->steps[i].surface == f->find.lens->stop && !path->steps[i].iris) f->cuts[i] = INT32_MAX / 1000;
     while (rims < LFLARE_FIT_RIMS) {
         int32_t most = 0;
         for (i = 1; i < step_count; i++)
@@ -5165,7 +5843,7 @@ static size_t lflare__fit_one(lflare__fitter *f, const lflare_lens *lens, lflare
         hidden = j > 0 && tries < 10 ? 0.5 * (double)(lflare__knot_angle(j - 1, (float)hidden, LFLARE__KNOTS) + lflare__knot_angle(j, (float)hidden, LFLARE__KNOTS)) : 0;
     }
     if (!(hidden > 0)) return 0;
-    rims = lflare__fit_rims(f, f->find.paths[1].step_count, steps);
+    rims = lflare__fit_rims(f, &f->find.paths[1], steps);
     for (j = 0; j < LFLARE__KNOTS; j++) {
         lflare__fit_take_rims(&f->knots[j], rims, steps);
         for (k = 0; k < LFLARE_WAVELENGTHS; k += 2) lflare__fit_shoot(f, &f->knots[j], k, 8, 4, rims, steps);
@@ -5203,7 +5881,7 @@ static void lflare__fit_finish(const lflare_lens *lens, uint8_t *fit, size_t siz
     uint64_t hash = lflare__lens_hash(lens);
     memcpy(fit, lflare__fit_magic, 6);
     lflare__store_bytes(fit + 6, LFLARE__FIT_VERSION, 2);
-    lflare__store_bytes(fit + 8, (uint32_t)lens->ghost_count, 4);
+    lflare__store_bytes(fit + 8, lflare__fit_ghosts(lens), 4);
     lflare__store_bytes(fit + 12, (uint32_t)size, 4);
     lflare__store_bytes(fit + 16, (uint32_t)hash, 4);
     lflare__store_bytes(fit + 20, (uint32_t)(hash >> 32), 4);
@@ -5286,6 +5964,7 @@ static void *lflare__carve(char **at, size_t bytes)
 
 enum { LFLARE__MESH_ROW = 2048 }; /* texels of a line of the meshes' texture: whole lines are allocated */
 
+
 #ifndef LFLARE_NO_ABERRATION
 /* -- meshes: the polynomials of room "aberration", sampled for the iris in force -- */
 
@@ -5316,7 +5995,8 @@ typedef struct lflare__mesher {
     float reach;              /* of the disc on the sensor where rays still matter, mm */
     float lamps[1 + LFLARE_FIT_RIMS]; /* blur of iris and rims, mm on the sensor per radian of the lamp's size */
     int32_t lead, begin, end; /* channel whose entrance points the mesh is laid over; channels drawn */
-    int32_t ragged;           /* what is open is not seen all over from its centre, or is in pieces */
+    const float *ends[LFLARE_WAVELENGTHS]; /* see lflare__ends_of */
+    int32_t ragged, spectral; /* what is open is not seen all over from its centre, or is in pieces; there are more than three wavelengths */
     float middle, half[2], bend; /* centre and unit of the mesh's polar coordinates, in the bundle's box; x also goes with bend y^2 */
 } lflare__mesher;
 
@@ -5629,10 +6309,12 @@ static void lflare__mesh_outline(lflare__mesher *m, float x, float y, float *inn
     if (m->end - m->begin > 1 && edge > 0) {
         lflare__mesh_point_at(m, m->middle + edge * x, edge * y, &at);
         lflare__mesh_point_at(m, m->middle + 0.9f * edge * x, 0.9f * edge * y, &before);
-        for (k = m->begin; k < m->end; k++) {
-            float rate = lflare__maxf((at.closed[k] - before.closed[k]) / 0.1f, 0.2f), there = edge * (1 + (1 - at.closed[k]) / rate);
-            most = lflare__maxf(most, there);
-            least = lflare__minf(least, there);
+        for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
+            const float *e = m->ends[k];
+            float here = e[0] * at.closed[0] + e[1] * at.closed[1] + e[2] * at.closed[2];
+            float rate = lflare__maxf((here - e[0] * before.closed[0] - e[1] * before.closed[1] - e[2] * before.closed[2]) / 0.1f, 0.2f);
+            most = lflare__maxf(most, edge * (1 + (1 - here) / rate));
+            least = lflare__minf(least, edge * (1 + (1 - here) / rate));
         }
     }
     *outer = edge + 1.1f * (lflare__minf(most, 1.5f * edge) - edge);
@@ -5820,8 +6502,9 @@ static void lflare__mesh_knot(lflare__mesher *m, int32_t level, const lflare__me
     lflare__mesh_whole(m, &g, out);
 }
 
-/* Blur of the images of iris and rims, mm on the sensor per radian of the lamp's size: how fast they move with its place (P 3). */
-static void lflare__mesh_lamps(const lflare_lens *lens, lflare_pair pair, const float *head, const lflare__fit_ghost *ghost, float *lamps)
+/* Blur of the images of iris and rims, mm on the sensor per radian of the lamp's size: how fast they move with its place (P 3). Rims that
+   are the iris are given its size. */
+static void lflare__mesh_lamps(const lflare_lens *lens, lflare_pair pair, const float *head, float iris, lflare__fit_ghost *ghost, float *lamps)
 {
     double n[LFLARE_MAX_SURFACES + 1], m11 = (double)head[6], m12 = (double)head[7];
     lflare__walk walk;
@@ -5832,8 +6515,10 @@ static void lflare__mesh_lamps(const lflare_lens *lens, lflare_pair pair, const 
     lflare__walk_start(&walk, lens, n, pair);
     for (; lflare__walk_next(&walk, &at); step++)
         for (i = 0; i <= ghost->rims; i++)
-            if (i == 0 ? at.surface == lens->stop : step == ghost->steps[i - 1])
+            if (i == 0 ? at.iris : step == ghost->steps[i - 1]) {
+                if (i > 0 && at.surface == lens->stop) ghost->shrunk[i - 1] = (float)lens->prescription.surfaces[lens->stop].semi_diameter / iris;
                 lamps[i] = (float)lflare__min(fabs(m12 - m11 * at.b / (fabs(at.a) > 1e-9 ? at.a : 1e-9)), 10 * fabs(m12) + lens->sensor_width);
+            }
 }
 
 /* Where the ghost hides for the iris in force: a bisection on the polynomials. */
@@ -5923,7 +6608,7 @@ static int lflare__mesh_make(lflare__mesher *m, const lflare__fit_ghost *ghost, 
     lflare__mesh_plan plans[LFLARE__MORE_KNOTS];
     float frames[LFLARE__MORE_KNOTS][3];
     int32_t lead[LFLARE__MORE_KNOTS], first = m->lead, knots = lflare__mesh_knots(ghost->dense), j;
-    m->ragged = lflare__mesh_any_ragged(m, ghost, hidden);
+    m->ragged = (m->spectral && m->end - m->begin == 1) || lflare__mesh_any_ragged(m, ghost, hidden); /* meshes that are to be mixed are all alike */
     m->lead = first;
     if (m->ragged) lflare__mesh_frames(m, ghost, hidden, frames);
     for (j = 0; j < knots; j++) {
@@ -5953,7 +6638,7 @@ static void lflare__mesh_ghost(const lflare_lens *lens, lflare_tables *t, int32_
     size_t floats = 4 * (size_t)head[7];
     lflare__fit_ghost_read(t->fit, g, &ghost);
     if (ghost.knots == NULL) return;
-    lflare__mesh_lamps(lens, t->pairs[g], lens_head, &ghost, m.lamps);
+    lflare__mesh_lamps(lens, t->pairs[g], lens_head, t->iris.radius, &ghost, m.lamps);
     m.iris = t->iris.radius;
     m.inscribed = lflare__iris_inscribed(&t->iris);
     m.reach = (float)LFLARE__FIT_REACH * lflare__maxf(t->sensor_width, t->sensor_height);
@@ -5962,6 +6647,8 @@ static void lflare__mesh_ghost(const lflare_lens *lens, lflare_tables *t, int32_
     m.end = LFLARE_WAVELENGTHS;
     m.bend = 0;
     m.ragged = 0;
+    m.spectral = t->wavelength_count > 0;
+    lflare__ends_of(t, m.ends);
     head[4] = lflare__mesh_hidden(&m, &ghost, m.iris > 0.999f * (float)lens->prescription.surfaces[lens->stop].semi_diameter);
     head[3] = 0.61e-6f * t->wavelengths[1] * lens_head[7]; /* radius that diffraction leaves, times that of the bundle */
     head[5] = ghost.dense ? 8 : 0;
@@ -6009,123 +6696,166 @@ static size_t lflare__mesh_layout(lflare_tables *t)
 #ifndef LFLARE_NO_TRACE
 /* -- outlines: where on the entrance the rays of a traced ghost pass, for the iris in force -- */
 
-/* tables.outline, a ghost: one outline if wavelengths do not lie apart, else one for each. Head: directions of half a turn, rings, field
-   angle where hidden, 1 if there is one for each, 1 if ragged,
-   radius that diffraction leaves times that of the bundle, 0, 0. Then knots: x of the centre, half axes, how far the ends along y are bent along x;
-   blur of the iris, mm on the sensor per radian of the lamp's size, radius on the sensor, on the entrance, 1 or -1 as the ghost stands;
-   middle and radius of its bounds on the sensor, the centre's place there, 0; and for each direction how far out it is open to any wavelength, in half axes,
-   where that is to all, as a share of it, mm on the sensor per half axis there, blur of what ends it. */
-#define LFLARE__OUTLINE_APART 0.3 /* pixels that wavelengths sharing a mesh may lie apart */
-enum { LFLARE__OUTLINE_HEAD = 8, LFLARE__OUTLINE_KNOT = 12 + 4 * LFLARE_OUTLINE_SIDES, LFLARE__OUTLINE_ONE = LFLARE__OUTLINE_HEAD + LFLARE_OUTLINE_KNOTS * LFLARE__OUTLINE_KNOT };
+/* tables.outline, a ghost: outlines of the three wavelengths, of which all but the middle one's are filled in only where meshes are split. Head:
+   field angle where hidden, radius that diffraction leaves times that of the bundle, 0, 0. Then knots: x of the centre, half axes,
+   how far the ends along y are bent along x; blur of the iris, mm on the sensor per radian of the lamp's size, radius on the sensor, on the
+   entrance, 1 or -1 as the ghost stands; middle and radius of its bounds on the sensor, the centre's place there, for the middle wavelength
+   the mesh up to the next knot (see lflare__mesh_code); how much brighter the outer wavelengths' maps make them than the middle one's, 0, 0; if
+   what is open up to the next knot is ragged, the ellipse that holds it: x of its centre, half axes, 0; and for
+   each direction how far out it is open to any wavelength, in half axes, where that is to all, as a share of it, mm on the sensor per half
+   axis there, blur of what ends it. */
+enum { LFLARE__OUTLINE_HEAD = 4, LFLARE__OUTLINE_WHOLE = 20, LFLARE__OUTLINE_KNOT = LFLARE__OUTLINE_WHOLE + 4 * LFLARE_OUTLINE_SIDES, LFLARE__OUTLINE_ONE = LFLARE__OUTLINE_HEAD + LFLARE_OUTLINE_KNOTS * LFLARE__OUTLINE_KNOT };
+
+/* How far, in pixels, rays of the outer wavelengths may land from where the first order says: beyond, wavelengths have meshes of their own. */
+#define LFLARE__OUTLINE_APART 1.0
+#define LFLARE__OUTLINE_ENDS_APART 4.0 /* likewise, of a spectrum's ends, which are faint */
+
+/* Rings, 64 for 32 directions over half a turn instead of 16, 128 if there is a mesh for each wavelength, 256 if it is ragged: what is open is
+   in pieces, or hides some of itself from the centre, or jumps from knot to knot. */
+static int32_t lflare__mesh_code(int32_t level, int fine, int split, int ragged) { return (4 << level) + (fine ? 64 : 0) + (split ? 128 : 0) + (ragged ? 256 : 0); }
+static int32_t lflare__code_rings(int32_t code) { return code & 63; }
+static int32_t lflare__code_directions(int32_t code) { return code & 64 ? 32 : 16; }
+static int32_t lflare__code_patches(const lflare_tables *t, int32_t code) { return lflare__meshes(t, code & 128) * (lflare__code_directions(code) / 4) * (lflare__code_rings(code) / 4); }
 
 typedef struct lflare__outliner {
     lflare__finder find;
+    lflare__tracer tracer;
     double lamps[LFLARE_MAX_STEPS];   /* blur of each step's rim, the stop's too */
     double slope, middle, half[2], bend, inscribed, pixel;
-    double apart, curved;             /* of wavelengths; of the map from a line, over half the way out: greatest of all knots, pixels */
-    int turned, fused;                /* the map turns over somewhere; one mesh is for all wavelengths */
+    double open;                      /* how open the centre is */
+    double most_apart;                /* LFLARE__OUTLINE_APART, or what ends may be */
+    int ragged, matching;             /* outlines are ellipses over all; the outer wavelengths are looked at, too */
+    double apart, curved, bulged;     /* of the knot, in pixels: what LFLARE__OUTLINE_APART limits; the map from a line, over half the way out; from
+                                         one direction to the next */
+    int turned;                       /* the map turns over there */
 } lflare__outliner;
 
-/* See lflare__closed; (u, v) in half axes. */
-static double lflare__outline_closed(lflare__outliner *o, int32_t k, double u, double v, lflare_ray *ray, lflare_hit *hits)
+/* What searches found at the middle wavelength. */
+typedef struct lflare__outline_plan {
+    double bounds[LFLARE_OUTLINE_KNOTS][3], width[LFLARE_WAVELENGTHS][LFLARE_OUTLINE_KNOTS], apart[LFLARE_OUTLINE_KNOTS], curved[LFLARE_OUTLINE_KNOTS], bulged[LFLARE_OUTLINE_KNOTS];
+    int open[LFLARE_OUTLINE_KNOTS], hides[LFLARE_OUTLINE_KNOTS], turned[LFLARE_OUTLINE_KNOTS], split[LFLARE_OUTLINE_KNOTS]; /* split: up to the next */
+} lflare__outline_plan;
+
+static void lflare__outline_at(const lflare__outliner *o, double u, double v, double *x, double *y)
 {
-    double y = o->half[1] * v;
-    return lflare__closed(&o->find, k, o->middle + o->half[0] * u + o->bend * y * y, y, o->slope, ray, hits);
+    *y = o->half[1] * v;
+    *x = o->middle + o->half[0] * u + o->bend * *y * *y;
 }
 
-/* How far from (u, v) along (du, dv) it stays open, found by regula falsi: heights are nearly linear. */
-static double lflare__outline_extent(lflare__outliner *o, double u, double v, double du, double dv, double guess)
+/* See lflare__closed; (u, v) in half axes. */
+static double lflare__outline_closed(lflare__outliner *o, int32_t k, double u, double v, lflare__traced_ray *ray)
 {
-    double near = 0, far = guess, open_near, open_far = 0;
-    lflare_ray ray;
+    double x, y;
+    lflare__outline_at(o, u, v, &x, &y);
+    return lflare__closed_floats(&o->find, k, x, y, o->slope, ray);
+}
+
+static double lflare__outline_open(lflare__outliner *o, double u, double v)
+{
+    lflare__traced_ray ray;
+    return 1 - lflare__outline_closed(o, o->find.lead, u, v, &ray);
+}
+
+/* How far from (u, v), open so far, along (du, dv) it stays open, found by regula falsi: heights are nearly linear. */
+static double lflare__outline_extent(lflare__outliner *o, double u, double v, double open_near, double du, double dv, double guess)
+{
+    double near = 0, far = guess, open_far = 0;
     int32_t i;
-    open_near = 1 - lflare__outline_closed(o, o->find.lead, u, v, &ray, NULL);
     if (open_near <= 0) return 0;
     for (i = 0; i < 16; i++) {
-        open_far = 1 - lflare__outline_closed(o, o->find.lead, u + far * du, v + far * dv, &ray, NULL);
-        if (open_far <= 0) break;
+        open_far = lflare__outline_open(o, u + far * du, v + far * dv);
+        if (fabs(open_far) < 1e-3) return far;
+        if (open_far < 0) break;
         near = far;
         open_near = open_far;
-        far *= 1.5;
+        far *= lflare__clamp(1 + 1.2 * open_far, 1.02, 1.5);
     }
     for (i = 0; i < 24 && far - near > 2e-3 * far; i++) {
         double share = i % 3 == 2 ? 0.5 : lflare__clamp(open_near / (open_near - open_far), 0.02, 0.98), middle = near + share * (far - near);
-        double open = 1 - lflare__outline_closed(o, o->find.lead, u + middle * du, v + middle * dv, &ray, NULL);
-        if (fabs(open) < 3e-5) return middle;
+        double open = lflare__outline_open(o, u + middle * du, v + middle * dv);
+        if (fabs(open) < 1e-3) return middle;
         if (open > 0) near = middle, open_near = open;
         else far = middle, open_far = open;
     }
     return far;
 }
 
-/* Centre, half axes and bend of what is open; 0 if nothing is. */
+/* Centre, half axes and bend of what is open; 0 if nothing is: then the centre is where least is missing. */
 static int lflare__outline_place(lflare__outliner *o)
 {
-    double reach = o->find.lens->prescription.surfaces[0].semi_diameter, x, lo, hi, up;
+    double reach = o->find.lens->prescription.surfaces[0].semi_diameter, x, lo, hi, up, least, open;
     o->bend = o->middle = 0;
     o->half[0] = o->half[1] = 1;
-    if (lflare__least_closed(&o->find, o->slope, 0.9, &x) >= 1) return 0;
-    hi = x + lflare__outline_extent(o, x, 0, 1, 0, 0.3 * reach);
-    lo = x - lflare__outline_extent(o, x, 0, -1, 0, 0.3 * reach);
-    x = 0.5 * (lo + hi);
-    up = 0.7 * lflare__outline_extent(o, x, 0, 0, 1, 0.3 * reach);
-    if (up > 0) {
-        double right = x + lflare__outline_extent(o, x, up, 1, 0, 0.4 * (hi - lo)), left = x - lflare__outline_extent(o, x, up, -1, 0, 0.4 * (hi - lo));
-        o->bend = (0.5 * (left + right) - x) / (up * up);
+    least = lflare__least_closed(&o->find, o->slope, 0.9, &x);
+    if (least >= 1) {
+        o->middle = x;
+        return 0;
     }
+    hi = x + lflare__outline_extent(o, x, 0, 1 - least, 1, 0, 0.3 * reach);
+    lo = x - lflare__outline_extent(o, x, 0, 1 - least, -1, 0, hi - x);
+    x = 0.5 * (lo + hi);
     o->middle = x;
     o->half[0] = lflare__max(0.5 * (hi - lo), 1e-5 * reach);
-    o->half[1] = lflare__max(lflare__outline_extent(o, 0, 0, 0, 1, o->half[0]), 1e-5 * reach);
+    o->open = lflare__outline_open(o, 0, 0);
+    up = o->half[1] = lflare__outline_extent(o, 0, 0, o->open, 0, 1, o->half[0]);
+    if (up > 0) {
+        double right, left;
+        o->half[1] = 0.7 * up;
+        open = lflare__outline_open(o, 0, 1);
+        right = lflare__outline_extent(o, 0, 1, open, 1, 0, 0.7);
+        left = lflare__outline_extent(o, 0, 1, open, -1, 0, right);
+        o->bend = o->half[0] * 0.5 * (right - left) / (o->half[1] * o->half[1]);
+        o->half[1] = lflare__outline_extent(o, 0, 0, o->open, 0, 1, 1.0 / 0.7) * o->half[1];
+    }
+    o->half[1] = lflare__max(o->half[1], 1e-5 * reach);
     return 1;
 }
 
 /* Whether what is open hides some of itself from the centre. */
-static int lflare__outline_ragged(lflare__outliner *o)
+static int lflare__outline_hides(lflare__outliner *o)
 {
     int32_t i, j, k;
-    lflare_ray ray;
+    lflare__traced_ray ray;
     for (j = 0; j <= 4; j++)
         for (i = -5; i <= 5; i++) {
             double u = 0.25 * i, v = 0.28 * j;
-            if (lflare__outline_closed(o, o->find.lead, u, v, &ray, NULL) > 0.97) continue;
+            if (lflare__outline_closed(o, o->find.lead, u, v, &ray) > 0.97) continue;
             for (k = 1; k <= 3; k++)
-                if (lflare__outline_closed(o, o->find.lead, 0.25 * k * u, 0.25 * k * v, &ray, NULL) > 1.02) return 1;
+                if (lflare__outline_closed(o, o->find.lead, 0.25 * k * u, 0.25 * k * v, &ray) > 1.02) return 1;
         }
     return 0;
 }
 
-/* Bounds of all that is open, on a grid over the front element: least and greatest x, greatest y. */
+/* Widens bounds to all that is open, on a grid over the front element: least and greatest x, greatest y. */
 static void lflare__outline_bounds(lflare__outliner *o, double *bounds)
 {
     const int32_t across = 24;
     const lflare_surface *front = &o->find.lens->prescription.surfaces[0];
     double reach = front->semi_diameter + fabs(lflare_sag(front, front->semi_diameter)) * o->slope, step = reach / across;
-    lflare_ray ray;
-    int32_t i, j, k;
-    bounds[0] = o->middle - o->half[0];
-    bounds[1] = o->middle + o->half[0];
-    bounds[2] = o->half[1];
+    lflare__traced_ray ray;
+    int32_t i, j;
+    bounds[0] = lflare__min(bounds[0], o->middle - o->half[0]);
+    bounds[1] = lflare__max(bounds[1], o->middle + o->half[0]);
+    bounds[2] = lflare__max(bounds[2], o->half[1]);
     for (j = 0; j <= across; j++)
-        for (i = -across; i <= across; i++)
-            for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
-                if (k != o->find.lead && !o->fused) continue;
-                if (lflare__closed(&o->find, k, i * step, j * step, o->slope, &ray, NULL) > 1.03) continue;
-                bounds[0] = lflare__min(bounds[0], (i - 0.7) * step);
-                bounds[1] = lflare__max(bounds[1], (i + 0.7) * step);
-                bounds[2] = lflare__max(bounds[2], (j + 0.7) * step);
-            }
+        for (i = -across; i <= across; i++) {
+            if (lflare__closed_floats(&o->find, o->find.lead, i * step, j * step, o->slope, &ray) > 1.03) continue;
+            bounds[0] = lflare__min(bounds[0], (i - 0.7) * step);
+            bounds[1] = lflare__max(bounds[1], (i + 0.7) * step);
+            bounds[2] = lflare__max(bounds[2], (j + 0.7) * step);
+        }
 }
 
-/* The ellipse of a ragged ghost: it holds what is open at the neighbouring knots too, between which outlines are interpolated. */
-static void lflare__outline_frame(lflare__outliner *o, double (*bounds)[3], const int *open, int32_t knot)
+/* The ellipse over what is open at two knots and, with a margin, between them. */
+static void lflare__outline_ellipse(lflare__outliner *o, const lflare__outline_plan *p, int32_t knot)
 {
-    double lo = bounds[knot][0], hi = bounds[knot][1], up = bounds[knot][2];
+    double lo = HUGE_VAL, hi = -HUGE_VAL, up = 0;
     int32_t i;
-    for (i = knot - 1; i <= knot + 1; i++) {
-        if (i < 0 || i >= LFLARE_OUTLINE_KNOTS || !open[i]) continue;
-        lo = lflare__min(lo, bounds[i][0]);
-        hi = lflare__max(hi, bounds[i][1]);
-        up = lflare__max(up, bounds[i][2]);
+    for (i = knot; i <= knot + 1; i++) {
+        if (!(p->bounds[i][0] < p->bounds[i][1])) continue;
+        lo = lflare__min(lo, p->bounds[i][0]);
+        hi = lflare__max(hi, p->bounds[i][1]);
+        up = lflare__max(up, p->bounds[i][2]);
     }
     o->middle = 0.5 * (lo + hi);
     o->half[0] = 1.2 * 0.5 * (hi - lo);
@@ -6133,247 +6863,567 @@ static void lflare__outline_frame(lflare__outliner *o, double (*bounds)[3], cons
     o->bend = 0;
 }
 
-/* One direction; if the mesh is for all wavelengths the middle one's, and where the others' lie by how closed they are there. */
-static void lflare__outline_side(lflare__outliner *o, double u, double v, double *outer, double *inner)
+/* The map about a ray through (x, y) that arrives: slopes of its place on the sensor, by rays nearer to the centre. 0 if one is lost. */
+static int lflare__outline_slopes(lflare__outliner *o, const float *shares, double x, double y, const lflare__traced_ray *ray, double *slopes)
 {
-    double edge = lflare__outline_extent(o, 0, 0, u, v, 1), most = edge, least = edge;
-    lflare_ray ray;
-    int32_t k;
-    for (k = 0; k < LFLARE_WAVELENGTHS && edge > 0 && o->fused; k += 2) {
-        double at = lflare__outline_closed(o, k, edge * u, edge * v, &ray, NULL), before = lflare__outline_closed(o, k, 0.9 * edge * u, 0.9 * edge * v, &ray, NULL);
-        double there = edge * (1 + (1 - at) / lflare__max((at - before) / 0.1, 0.2));
-        most = lflare__max(most, there);
-        least = lflare__min(least, there);
+    int32_t axis, i;
+    for (axis = 0; axis < 2; axis++) {
+        double way = (axis == 0 ? x > o->middle : y > 0) ? -0.02 * o->half[axis] : 0.02 * o->half[axis];
+        lflare__traced_ray near;
+        lflare__traced_ray_make(&o->tracer, shares, 0, (float)(axis == 0 ? x + way : x), (float)(axis == 1 ? y + way : y), &near);
+        if (!near.arrives) return 0;
+        for (i = 0; i < 2; i++) slopes[2 * axis + i] = (double)(near.sensor[i] - ray->sensor[i]) / (double)((float)(axis == 0 ? x + way : y + way) - (float)(axis == 0 ? x : y));
     }
-    *outer = edge + 1.1 * (lflare__min(most, 1.5 * edge) - edge);
+    return 1;
+}
+
+/* How closed the other wavelengths are where the leading one's ray through (u, v) lands, to first order, as vertices do it: the most and the
+   least of them; what is wrong with that goes into o->apart. brighter (may be NULL): the leading map's area over theirs there. */
+static void lflare__outline_match(lflare__outliner *o, double u, double v, const lflare__traced_ray *lead, double *most, double *least, double *brighter)
+{
+    double at[2], slopes[4], own[4], det;
+    int32_t k, i;
+    lflare__outline_at(o, u, v, &at[0], &at[1]);
+    det = lflare__outline_slopes(o, o->tracer.ends[o->find.lead], at[0], at[1], lead, slopes) ? slopes[0] * slopes[3] - slopes[1] * slopes[2] : 0;
+    *most = *least = 1;
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
+        double off[2], x, y, closed;
+        lflare__traced_ray ray;
+        if (k == o->find.lead) continue;
+        lflare__traced_ray_make(&o->tracer, o->tracer.ends[k], 0, (float)at[0], (float)at[1], &ray);
+        if (!ray.arrives || !(fabs(det) > 1e-12)) {
+            o->apart = HUGE_VAL;
+            return;
+        }
+        for (i = 0; i < 2; i++) off[i] = (double)(lead->sensor[i] - ray.sensor[i]);
+        x = at[0] + (off[0] * slopes[3] - off[1] * slopes[2]) / det;
+        y = at[1] + (off[1] * slopes[0] - off[0] * slopes[1]) / det;
+        closed = lflare__closed_floats(&o->find, k, x, y, o->slope, &ray);
+        if (hypot((double)lead->sensor[0], (double)lead->sensor[1]) < o->find.reach)
+            o->apart = lflare__max(o->apart, ray.arrives ? hypot((double)(ray.sensor[0] - lead->sensor[0]), (double)(ray.sensor[1] - lead->sensor[1])) / o->pixel : HUGE_VAL);
+        *most = lflare__max(*most, closed);
+        *least = lflare__min(*least, closed);
+        if (brighter == NULL || !ray.arrives || !lflare__outline_slopes(o, o->tracer.ends[k], x, y, &ray, own)) continue;
+        brighter[k] = fabs(det) / lflare__max(fabs(own[0] * own[3] - own[1] * own[2]), 1e-12);
+        if (!(fabs(brighter[k] - 1) < 0.15)) o->apart = HUGE_VAL; /* next to focus: it differs from place to place */
+    }
+}
+
+/* How far out a direction is open to the leading wavelength, all wavelengths, any of them. */
+typedef struct lflare__outline_side {
+    double edge, least, most;
+} lflare__outline_side;
+
+/* How far the others, matched to it, are open. */
+static void lflare__outline_others(lflare__outliner *o, double u, double v, lflare__outline_side *s)
+{
+    double before, there, rate, most, least;
+    lflare__traced_ray lead;
+    before = 1 - lflare__outline_open(o, 0.9 * s->edge * u, 0.9 * s->edge * v);
+    there = lflare__outline_closed(o, o->find.lead, 0.995 * s->edge * u, 0.995 * s->edge * v, &lead);
+    if (!lead.arrives) return;
+    rate = lflare__max((there - before) / 0.095, 0.2);
+    lflare__outline_match(o, 0.995 * s->edge * u, 0.995 * s->edge * v, &lead, &most, &least, NULL);
+    s->most = s->edge * lflare__clamp(0.995 + (1 - least) / rate, 1, 1.5);
+    s->least = s->edge * lflare__clamp(0.995 + (1 - most) / rate, 0, 1);
+}
+
+static void lflare__outline_direction(int32_t d, double *u, double *v)
+{
+    *u = cos(LFLARE__PI * d / (LFLARE_OUTLINE_SIDES - 1));
+    *v = d == 0 || d == LFLARE_OUTLINE_SIDES - 1 ? 0 : sin(LFLARE__PI * d / (LFLARE_OUTLINE_SIDES - 1));
+}
+
+/* All directions; the other wavelengths are looked at in every second one. */
+static void lflare__outline_sides(lflare__outliner *o, lflare__outline_side *sides)
+{
+    double u, v, guess = 1;
+    int32_t d;
+    for (d = 0; d < LFLARE_OUTLINE_SIDES; d++) {
+        lflare__outline_side *s = &sides[d];
+        s->edge = s->least = s->most = 1;
+        if (o->ragged) continue;
+        lflare__outline_direction(d, &u, &v);
+        s->edge = s->least = s->most = lflare__outline_extent(o, 0, 0, o->open, u, v, guess);
+        if (s->edge > 0) guess = s->edge;
+        if (s->edge > 0 && o->matching && d % 2 == 0) lflare__outline_others(o, u, v, s);
+    }
+    for (d = 1; d < LFLARE_OUTLINE_SIDES && !o->ragged; d += 2) {
+        const lflare__outline_side *a = &sides[d - 1], *b = &sides[d + 1];
+        sides[d].most += 0.5 * (a->most - a->edge + b->most - b->edge);
+        sides[d].least += 0.5 * (a->least - a->edge + b->least - b->edge);
+    }
+}
+
+/* Its floats: how far out it is drawn, and where all of it is open, blades not in the way. */
+static void lflare__outline_store(lflare__outliner *o, int32_t d, const lflare__outline_side *s, double *outer, double *inner)
+{
+    double least = s->least, u, v;
+    *outer = s->edge + 1.1 * (s->most - s->edge);
+    *inner = 0;
+    if (o->ragged || !(*outer > 0)) return;
     if (o->inscribed < 1) {
+        lflare__outline_direction(d, &u, &v);
         o->find.iris *= o->inscribed;
-        least = lflare__min(least, lflare__outline_extent(o, 0, 0, u, v, edge)) - (most - least);
+        least = lflare__min(least, lflare__outline_extent(o, 0, 0, lflare__outline_open(o, 0, 0), u, v, s->edge)) - (s->most - s->least);
         o->find.iris /= o->inscribed;
     }
-    *inner = *outer > 0 ? lflare__clamp((edge - 1.1 * (edge - least)) / *outer, 0, 1) : 0;
+    *inner = lflare__clamp((s->edge - 1.1 * (s->edge - least)) / *outer, 0, 1);
 }
 
 /* The ray at (u, v), or if it does not arrive one nearer to the centre that does. */
-static void lflare__outline_ray(lflare__outliner *o, int32_t k, double u, double v, lflare_ray *ray, lflare_hit *hits)
+static void lflare__outline_ray(lflare__outliner *o, double u, double v, lflare__traced_ray *ray)
 {
     int32_t i;
     for (i = 0; i < 12; i++, u *= 0.9, v *= 0.9) {
-        lflare__outline_closed(o, k, u, v, ray, hits);
-        if (ray->fate == LFLARE_RAY_ARRIVES) return;
+        lflare__outline_closed(o, o->find.lead, u, v, ray);
+        if (ray->arrives) return;
     }
     memset(ray, 0, sizeof *ray);
 }
 
 /* The blur of what stops a ray first. */
-static double lflare__outline_lamp(const lflare__outliner *o, const lflare_ray *ray, const lflare_hit *hits)
+static double lflare__outline_lamp(const lflare__outliner *o, const lflare__traced_ray *ray)
 {
-    const lflare_path *path = &o->find.paths[o->find.lead];
-    double stop = sqrt(ray->stop[0] * ray->stop[0] + ray->stop[1] * ray->stop[1]) / o->find.iris;
-    int32_t i, widest = 0;
-    for (i = 0; i < path->step_count && i < ray->steps; i++)
-        if (path->steps[i].surface == o->find.lens->stop ? stop >= ray->relative : hits[i].relative >= lflare__max(ray->relative, stop)) widest = i;
-    return o->lamps[widest];
+    double stop = sqrt((double)(ray->stop[0] * ray->stop[0] + ray->stop[1] * ray->stop[1])) * (double)o->tracer.t->iris.radius / o->find.iris;
+    int32_t i;
+    for (i = 0; i < o->tracer.count && stop >= (double)ray->relative; i++)
+        if (lflare__step_is_iris(o->tracer.steps + i * LFLARE_STEP_FLOATS)) return o->lamps[i];
+    return o->lamps[ray->widest];
 }
 
-/* How far wavelengths lie apart and how the map bends, in pixels, where it matters. */
-static void lflare__outline_measure(lflare__outliner *o, const double *centre, const lflare_ray *half, const lflare_ray *edge, double u, double v)
+/* How far the map is from a line between two directions' ends, where it matters. */
+static void lflare__outline_bulge(lflare__outliner *o, const double *last, double u, double v, double (*ends)[2], double (*now)[2])
+{
+    double off[2];
+    lflare__traced_ray ray;
+    int32_t i;
+    lflare__outline_closed(o, o->find.lead, 0.5 * (last[0] + u), 0.5 * (last[1] + v), &ray);
+    for (i = 0; i < 2; i++) off[i] = (double)ray.sensor[i] - 0.5 * (ends[1][i] + now[1][i]);
+    if (ray.arrives && hypot((double)ray.sensor[0], (double)ray.sensor[1]) < o->find.reach) o->bulged = lflare__max(o->bulged, hypot(off[0], off[1]) / o->pixel);
+}
+
+/* How far the map is from a line, where it matters. */
+static void lflare__outline_measure(lflare__outliner *o, const double *centre, const lflare__traced_ray *half, const lflare__traced_ray *edge)
 {
     double bent = 0;
-    lflare_ray ray;
-    int32_t k, i;
-    if (hypot(half->sensor[0], half->sensor[1]) > o->find.reach) return;
-    for (i = 0; i < 2; i++) bent += fabs(centre[i] - 2 * half->sensor[i] + edge->sensor[i]);
+    int32_t i;
+    if (hypot((double)half->sensor[0], (double)half->sensor[1]) > o->find.reach) return;
+    for (i = 0; i < 2; i++) bent += fabs(centre[i] - 2 * (double)half->sensor[i] + (double)edge->sensor[i]);
     o->curved = lflare__max(o->curved, bent / o->pixel);
-    for (k = 0; k < LFLARE_WAVELENGTHS && o->fused; k += 2) {
-        lflare__outline_ray(o, k, 0.5 * u, 0.5 * v, &ray, NULL);
-        o->apart = lflare__max(o->apart, hypot(ray.sensor[0] - half->sensor[0], ray.sensor[1] - half->sensor[1]) / o->pixel);
-    }
 }
 
 static double lflare__outline_area(const double *a, const double *b, const double *c) { return 0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1])); }
 
-static void lflare__outline_knot(lflare__outliner *o, lflare_hit *hits, int ragged, float *out)
+/* Areas of a sector's triangles on the sensor, between centre, half way and edge; notes whether their signs differ. */
+static double lflare__outline_sector(lflare__outliner *o, const double *centre, double (*last)[2], double (*now)[2], double *sign)
 {
-    double centre[2], last[2][2] = {{0, 0}, {0, 0}}, area = 0, entrance = 0, lo, hi, up = 0, first = 0, ends = 0, sign = 0;
-    lflare_ray ray, half, edge;
-    int32_t d;
-    lflare__outline_ray(o, o->find.lead, 0, 0, &ray, NULL);
-    lo = hi = centre[0] = ray.sensor[0];
+    double parts[3], area = 0;
+    int32_t i;
+    parts[0] = lflare__outline_area(centre, last[0], now[0]);
+    parts[1] = lflare__outline_area(last[0], last[1], now[0]);
+    parts[2] = lflare__outline_area(now[0], last[1], now[1]);
+    for (i = 0; i < 3; i++) {
+        if (parts[i] * *sign < 0) o->turned = 1;
+        if (parts[i] != 0) *sign = parts[i];
+        area += fabs(parts[i]);
+    }
+    return area;
+}
+
+static void lflare__outline_knot(lflare__outliner *o, float *out)
+{
+    double centre[2], rim[2] = {0, 0}, last[2][2] = {{0, 0}, {0, 0}}, now[2][2], area = 0, entrance = 0, lo, hi, up = 0, first = 0, sign = 0, most, least, brighter[LFLARE_WAVELENGTHS] = {1, 1, 1};
+    lflare__outline_side sides[LFLARE_OUTLINE_SIDES];
+    lflare__traced_ray ray, half, edge;
+    int32_t d, k;
+    o->apart = o->curved = o->bulged = 0;
+    o->turned = 0;
+    lflare__outline_ray(o, 0, 0, &ray);
+    lflare__outline_sides(o, sides);
+    lo = hi = centre[0] = (double)ray.sensor[0];
     centre[1] = 0;
     for (d = 0; d < LFLARE_OUTLINE_SIDES; d++) {
-        double angle = LFLARE__PI * d / (LFLARE_OUTLINE_SIDES - 1), u = cos(angle), v = d == 0 || d == LFLARE_OUTLINE_SIDES - 1 ? 0 : sin(angle), outer = 1, inner = 0, part;
-        float *side = out + 12 + 4 * d;
-        if (!ragged) lflare__outline_side(o, u, v, &outer, &inner);
-        lflare__outline_ray(o, o->find.lead, 0.5 * outer * u, 0.5 * outer * v, &half, NULL);
-        lflare__outline_ray(o, o->find.lead, outer * u, outer * v, &edge, hits);
+        double u, v, outer, inner;
+        float *side = out + LFLARE__OUTLINE_WHOLE + 4 * d;
+        lflare__outline_direction(d, &u, &v);
+        lflare__outline_store(o, d, &sides[d], &outer, &inner);
+        lflare__outline_ray(o, 0.5 * outer * u, 0.5 * outer * v, &half);
+        lflare__outline_ray(o, outer * u, outer * v, &edge);
+        if (o->matching && d % 4 == 0 && half.arrives) lflare__outline_match(o, 0.5 * outer * u, 0.5 * outer * v, &half, &most, &least, NULL);
+        for (k = 0; k < 2; k++) {
+            now[0][k] = (double)half.sensor[k];
+            now[1][k] = (double)edge.sensor[k];
+        }
         side[0] = (float)outer;
         side[1] = (float)inner;
-        side[2] = (float)(outer > 0 ? 2 * hypot(edge.sensor[0] - half.sensor[0], edge.sensor[1] - half.sensor[1]) : 0);
-        side[3] = (float)lflare__outline_lamp(o, &edge, hits);
-        lflare__outline_measure(o, centre, &half, &edge, outer * u, outer * v);
-        lo = lflare__min(lo, lflare__min(half.sensor[0], edge.sensor[0]));
-        hi = lflare__max(hi, lflare__max(half.sensor[0], edge.sensor[0]));
-        up = lflare__max(up, lflare__max(fabs(half.sensor[1]), fabs(edge.sensor[1])));
-        if (d == 0) first = edge.sensor[0];
-        ends = edge.sensor[0];
+        side[2] = (float)(outer > 0 ? 2 * hypot(now[1][0] - now[0][0], now[1][1] - now[0][1]) : 0);
+        side[3] = (float)lflare__outline_lamp(o, &edge);
+        lflare__outline_measure(o, centre, &half, &edge);
+        lo = lflare__min(lo, lflare__min(now[0][0], now[1][0]));
+        hi = lflare__max(hi, lflare__max(now[0][0], now[1][0]));
+        up = lflare__max(up, lflare__max(fabs(now[0][1]), fabs(now[1][1])));
+        if (d == 0) first = now[1][0];
         if (d > 0) {
-            double last_outer = (double)side[-4];
-            part = lflare__outline_area(centre, last[0], half.sensor);
-            if (part * sign < 0) o->turned = 1;
-            sign = part != 0 ? part : sign;
-            area += fabs(part);
-            part = lflare__outline_area(last[0], last[1], half.sensor);
-            if (part * sign < 0) o->turned = 1;
-            area += fabs(part);
-            part = lflare__outline_area(half.sensor, last[1], edge.sensor);
-            if (part * sign < 0) o->turned = 1;
-            area += fabs(part);
-            entrance += outer * last_outer * o->half[0] * o->half[1] * 0.5 * sin(LFLARE__PI / (LFLARE_OUTLINE_SIDES - 1));
+            lflare__outline_bulge(o, rim, outer * u, outer * v, last, now);
+            area += lflare__outline_sector(o, centre, last, now, &sign);
+            entrance += outer * (double)side[-4] * o->half[0] * o->half[1] * 0.5 * sin(LFLARE__PI / (LFLARE_OUTLINE_SIDES - 1));
         }
-        last[0][0] = half.sensor[0], last[0][1] = half.sensor[1];
-        last[1][0] = edge.sensor[0], last[1][1] = edge.sensor[1];
+        memcpy(last, now, sizeof last);
+        rim[0] = outer * u;
+        rim[1] = outer * v;
     }
     out[0] = (float)o->middle;
     out[1] = (float)o->half[0];
     out[2] = (float)o->half[1];
     out[3] = (float)(o->bend * o->half[1] * o->half[1]);
-    for (d = 0; d < o->find.paths[o->find.lead].step_count; d++)
-        if (o->find.paths[o->find.lead].steps[d].surface == o->find.lens->stop) out[4] = (float)o->lamps[d];
+    for (d = 0; d < o->tracer.count; d++)
+        if (lflare__step_is_iris(o->tracer.steps + d * LFLARE_STEP_FLOATS)) out[4] = (float)o->lamps[d];
     out[5] = (float)sqrt(2 * area / LFLARE__PI);
     out[6] = (float)sqrt(2 * entrance / LFLARE__PI);
-    out[7] = first >= ends ? 1.0f : -1.0f;
+    out[7] = first >= last[1][0] ? 1.0f : -1.0f;
     out[8] = (float)(0.5 * (lo + hi));
     out[9] = (float)hypot(0.5 * (hi - lo), up);
     out[10] = (float)centre[0];
-    out[11] = 0;
+    if (o->matching && ray.arrives) lflare__outline_match(o, 0, 0, &ray, &most, &least, brighter);
+    out[12] = (float)brighter[0];
+    out[13] = (float)brighter[2];
 }
 
 /* Blur of the image of each step's rim, mm on the sensor per radian of the lamp's size (P 3). */
-static void lflare__outline_lamps(lflare__outliner *o, const lflare_lens *lens, lflare_pair pair, const float *head)
+static void lflare__outline_lamps(lflare__outliner *o, const lflare_lens *lens, lflare_pair pair, const double *n, const float *head)
 {
-    double n[LFLARE_MAX_SURFACES + 1], m11 = (double)head[6], m12 = (double)head[7];
+    double m11 = (double)head[6], m12 = (double)head[7];
     lflare__walk walk;
     lflare_crossing at;
     int32_t step = 0;
-    lflare__indices(&lens->prescription, lflare__rgb_nm[1], n);
     lflare__walk_start(&walk, lens, n, pair);
     while (lflare__walk_next(&walk, &at) && step < LFLARE_MAX_STEPS)
         o->lamps[step++] = lflare__min(fabs(m12 - m11 * at.b / (fabs(at.a) > 1e-9 ? at.a : 1e-9)), 10 * fabs(m12) + lens->sensor_width);
 }
 
-static double lflare__outline_slope(int32_t knot, double hidden) { return tan((double)lflare__knot_angle(knot, (float)hidden, LFLARE_OUTLINE_KNOTS) * (knot == LFLARE_OUTLINE_KNOTS - 1 ? 0.99999 : 1)); }
+static double lflare__outline_slope(int32_t knot, float hidden) { return tan((double)lflare__knot_angle(knot, hidden, LFLARE_OUTLINE_KNOTS) * (knot == LFLARE_OUTLINE_KNOTS - 1 ? 0.99999 : 1)); }
 
-/* The outline of one wavelength, or of all, at all knots. 0 if nothing passes. */
-static int lflare__outline_one(lflare__outliner *o, float *head)
+/* A shut knot: the outline of the nearest open one, about where the least is missing. */
+static void lflare__outline_shut(float *knots, const int *open, const float *middles)
 {
-    float *knots = head + LFLARE__OUTLINE_HEAD;
-    lflare_hit hits[LFLARE_MAX_STEPS];
-    double hidden;
-    double bounds[LFLARE_OUTLINE_KNOTS][3], width, last = 0;
-    int open[LFLARE_OUTLINE_KNOTS], ragged = 0;
-    int32_t j, level, any = 0;
-    hidden = lflare__find_hidden(&o->find);
-    if (!(hidden > 0)) return 0;
-    o->apart = o->curved = 0;
-    o->turned = 0;
-    memset(bounds, 0, sizeof bounds);
+    int32_t i, j;
     for (j = 0; j < LFLARE_OUTLINE_KNOTS; j++) {
-        o->slope = lflare__outline_slope(j, hidden);
-        open[j] = lflare__outline_place(o);
-        width = open[j] ? 2 * o->half[0] : 0;
-        if (open[j]) any = 1;
-        if (open[j] && !ragged) ragged = lflare__outline_ragged(o) || (last > 0 && width > 1.15 * last); /* what jumps from knot to knot, too */
-        last = width;
-        if (open[j] && !ragged) lflare__outline_knot(o, hits, 0, knots + j * LFLARE__OUTLINE_KNOT);
-        if (o->fused && o->apart > LFLARE__OUTLINE_APART) return 1; /* each wavelength will have its own */
-    }
-    for (j = 0; j < LFLARE_OUTLINE_KNOTS && ragged; j++) {
-        o->slope = lflare__outline_slope(j, hidden);
-        if (open[j] && lflare__outline_place(o)) lflare__outline_bounds(o, bounds[j]);
-    }
-    for (j = 0; j < LFLARE_OUTLINE_KNOTS && ragged; j++) {
-        o->slope = lflare__outline_slope(j, hidden);
-        lflare__outline_frame(o, bounds, open, j);
-        if (open[j]) lflare__outline_knot(o, hits, 1, knots + j * LFLARE__OUTLINE_KNOT);
-    }
-    if (!any) return 0;
-    for (j = 0; j < LFLARE_OUTLINE_KNOTS; j++) { /* shut ones take their neighbour's */
-        int32_t i, nearest = -1;
+        int32_t nearest = -1;
         for (i = 0; i < LFLARE_OUTLINE_KNOTS && !open[j]; i++)
             if (open[i] && (nearest < 0 || abs(i - j) < abs(nearest - j))) nearest = i;
-        if (nearest >= 0) memcpy(knots + j * LFLARE__OUTLINE_KNOT, knots + nearest * LFLARE__OUTLINE_KNOT, sizeof(float) * LFLARE__OUTLINE_KNOT);
+        if (nearest < 0) continue;
+        memcpy(knots + j * LFLARE__OUTLINE_KNOT, knots + nearest * LFLARE__OUTLINE_KNOT, sizeof(float) * LFLARE__OUTLINE_KNOT);
+        knots[j * LFLARE__OUTLINE_KNOT] = middles[j];
     }
-    for (level = 0; level < 3 && o->curved > (o->turned || ragged ? 3 : 10); level++) o->curved /= 4;
-    if (ragged && level < 2) level = 2;
-    head[0] = level < 2 ? 16.0f : 32.0f;
-    head[1] = (float)(4 << level);
-    head[2] = (float)hidden;
-    head[3] = !o->fused;
-    head[4] = (float)ragged;
+}
+
+/* The middle wavelength's outline at all knots. */
+static void lflare__outline_middle(lflare__outliner *o, float hidden, float *knots, lflare__outline_plan *p)
+{
+    float middles[LFLARE_OUTLINE_KNOTS];
+    int32_t j;
+    o->find.lead = 1;
+    o->matching = 1;
+    for (j = 0; j < LFLARE_OUTLINE_KNOTS; j++) {
+        o->slope = lflare__outline_slope(j, hidden);
+        p->open[j] = lflare__outline_place(o);
+        middles[j] = (float)o->middle;
+        p->apart[j] = HUGE_VAL; /* of shut ones nothing is known */
+        p->bounds[j][0] = HUGE_VAL;
+        p->bounds[j][1] = -HUGE_VAL;
+        if (!p->open[j]) continue;
+        p->hides[j] = lflare__outline_hides(o);
+        p->width[1][j] = o->half[0];
+        lflare__outline_knot(o, knots + j * LFLARE__OUTLINE_KNOT);
+        p->apart[j] = o->apart;
+        p->curved[j] = o->curved;
+        p->bulged[j] = o->bulged;
+        p->turned[j] = o->turned;
+    }
+    lflare__outline_shut(knots, p->open, middles);
+}
+
+/* The leading wavelength's alone, at the knots where meshes are split; the middle one's stays matched to the others where it is not
+   split on both sides. */
+static void lflare__outline_alone(lflare__outliner *o, float hidden, const float *middle, const lflare__outline_plan *p, float *knots)
+{
+    int32_t j;
+    o->matching = 0;
+    for (j = 0; j < LFLARE_OUTLINE_KNOTS; j++) {
+        float *knot = knots + j * LFLARE__OUTLINE_KNOT;
+        const float *like = middle + j * LFLARE__OUTLINE_KNOT;
+        int before = j > 0 && p->split[j - 1], behind = j + 1 < LFLARE_OUTLINE_KNOTS && p->split[j], ends = j == 0 || j + 1 == LFLARE_OUTLINE_KNOTS;
+        if (like == knot ? before + behind + ends < 2 : !before && !behind) continue;
+        o->slope = lflare__outline_slope(j, hidden);
+        if (lflare__outline_place(o)) lflare__outline_knot(o, knot);
+        else if (like != knot) memcpy(knot, like, sizeof(float) * LFLARE__OUTLINE_KNOT);
+        if (like != knot) memcpy(knot + 16, like + 16, sizeof(float) * 4);
+    }
+}
+
+/* Whether what is open grows or falls up to the next knot by much more than next to it: linear interpolation would not do. Towards
+   where they hide outlines shrink evenly. */
+static int lflare__outline_jumps(const double *width, int32_t knot)
+{
+    double fall = width[knot] - width[knot + 1], before = knot > 0 ? fabs(width[knot - 1] - width[knot]) : 0;
+    double behind = knot + 2 < LFLARE_OUTLINE_KNOTS ? fabs(width[knot + 1] - width[knot + 2]) : 0;
+    if (!(width[knot] > 0) || !(width[knot + 1] > 0)) return 0;
+    return fall < -0.15 * width[knot] || (fall > 0.3 * width[knot] && fall > 2.5 * lflare__max(before, behind));
+}
+
+/* What is open up to the next knot, if it is ragged, has its ellipse: measured like an outline. 0 if it is not. */
+static int lflare__outline_ragged(lflare__outliner *o, float hidden, lflare__outline_plan *p, int32_t knot, float *out)
+{
+    float unused[LFLARE__OUTLINE_KNOT];
+    int32_t i;
+    int32_t k;
+    int ragged = p->hides[knot] || p->hides[knot + 1];
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) ragged |= lflare__outline_jumps(p->width[k], knot);
+    ragged |= o->tracer.t->wavelength_count > 0 && p->split[knot]; /* one ellipse for all wavelengths */
+    if (!ragged) return 0;
+    for (i = knot; i <= knot + 1; i++) {
+        o->slope = lflare__outline_slope(i, hidden);
+        for (o->find.lead = 0; o->find.lead < LFLARE_WAVELENGTHS; o->find.lead++)
+            if ((o->find.lead == 1 || p->split[knot]) && lflare__outline_place(o)) lflare__outline_bounds(o, p->bounds[i]);
+    }
+    o->find.lead = 1;
+    lflare__outline_ellipse(o, p, knot);
+    o->ragged = 1;
+    for (i = knot; i <= knot + 1; i++) {
+        o->slope = lflare__outline_slope(i, hidden);
+        lflare__outline_knot(o, unused);
+        p->apart[i] = lflare__max(p->apart[i], o->apart);
+        p->curved[i] = lflare__max(p->curved[i], o->curved);
+        p->bulged[i] = lflare__max(p->bulged[i], o->bulged);
+        p->turned[i] |= o->turned;
+    }
+    o->ragged = 0;
+    out[16] = (float)o->middle;
+    out[17] = (float)o->half[0];
+    out[18] = (float)o->half[1];
     return 1;
 }
 
-/* Outlines of a ghost: the middle wavelength's says whether the others lie apart. */
-static void lflare__outline_ghost(const lflare_lens *lens, lflare_tables *t, int32_t g)
+/* Whether wavelengths have meshes of their own up to the next knot. */
+static int lflare__outline_splits(const lflare__outliner *o, const lflare__outline_plan *p, int32_t knot)
 {
-    float *all = t->outline + (size_t)g * LFLARE_OUTLINE_FLOATS;
-    lflare__outliner o;
-    int32_t k;
-    int open;
-    memset(all, 0, sizeof(float) * LFLARE_OUTLINE_FLOATS);
-    lflare__finder_make(&o.find, lens, t->pairs[g], (double)t->iris.radius);
-    o.inscribed = (double)lflare__iris_inscribed(&t->iris);
-    o.pixel = lens->sensor_width / 1280;
-    o.fused = 1;
-    lflare__outline_lamps(&o, lens, t->pairs[g], t->head + (size_t)g * LFLARE_HEAD_FLOATS);
-    open = lflare__outline_one(&o, all);
-    o.fused = open && o.apart <= LFLARE__OUTLINE_APART;
-    for (k = 0; k < LFLARE_WAVELENGTHS && !o.fused; k++) {
-        float *one = all + k * LFLARE__OUTLINE_ONE;
-        memset(one, 0, sizeof(float) * LFLARE__OUTLINE_ONE);
-        o.find.lead = k;
-        lflare__outline_one(&o, one);
-        one[3] = 1;
-    }
-    for (k = 0; k < LFLARE_WAVELENGTHS; k++) all[k * LFLARE__OUTLINE_ONE + 5] = 0.61e-6f * t->wavelengths[k] * t->head[(size_t)g * LFLARE_HEAD_FLOATS + 4 * (size_t)k + 3];
+    return p->turned[knot] || p->turned[knot + 1] || p->apart[knot] > o->most_apart || p->apart[knot + 1] > o->most_apart;
 }
 
-/* Patches of a mesh with such a head. */
-static int32_t lflare__outline_patches(const float *head) { return head[2] > 0 ? (int32_t)(head[0] / 4) * (int32_t)(head[1] / 4) : 0; }
+/* How wide the outer wavelengths are open, and whether they hide, where they have. */
+static void lflare__outline_look(lflare__outliner *o, float hidden, lflare__outline_plan *p)
+{
+    int32_t j;
+    for (j = 0; j < LFLARE_OUTLINE_KNOTS - 1; j++) p->split[j] = lflare__outline_splits(o, p, j);
+    for (o->find.lead = 0; o->find.lead < LFLARE_WAVELENGTHS; o->find.lead += 2)
+        for (j = 0; j < LFLARE_OUTLINE_KNOTS; j++) {
+            if (!p->split[j] && (j == 0 || !p->split[j - 1])) continue;
+            o->slope = lflare__outline_slope(j, hidden);
+            if (!lflare__outline_place(o)) continue;
+            p->width[o->find.lead][j] = o->half[0];
+            p->hides[j] |= lflare__outline_hides(o);
+        }
+    o->find.lead = 1;
+}
+
+/* The meshes between knots. Returns whether any is split. */
+static int lflare__outline_codes(lflare__outliner *o, float hidden, lflare__outline_plan *p, float *knots)
+{
+    int32_t j, i, level;
+    int any = 0;
+    lflare__outline_look(o, hidden, p);
+    for (j = 0; j < LFLARE_OUTLINE_KNOTS - 1; j++) {
+        float *knot = knots + j * LFLARE__OUTLINE_KNOT;
+        int ragged = lflare__outline_ragged(o, hidden, p, j, knot), turned = p->turned[j] || p->turned[j + 1], fine;
+        int32_t most = ragged ? 2 : 0;
+        p->split[j] = lflare__outline_splits(o, p, j);
+        for (i = j; i <= j + 1; i++) {
+            double curved = p->curved[i];
+            for (level = 0; level < 3 && curved > (turned || ragged ? 3 : 10); level++) curved /= 4;
+            most = level > most ? level : most;
+        }
+        fine = lflare__max(p->bulged[j], p->bulged[j + 1]) > (turned || ragged ? 0.2 : 0.5);
+        knot[11] = (float)lflare__mesh_code(most, fine, p->split[j], ragged);
+        any |= p->split[j];
+    }
+    return any;
+}
+
+/* Where the ghost is hidden to all wavelengths. */
+static float lflare__outline_hidden(lflare__outliner *o)
+{
+    double hidden = lflare__find_hidden(&o->find), x, step;
+    for (o->find.lead = 0; o->find.lead < LFLARE_WAVELENGTHS && hidden > 0; o->find.lead += 2)
+        for (step = 0.002; step < 0.3 && hidden < 1.3 && lflare__least_closed(&o->find, tan(hidden + step), 1, &x) <= 1; step *= 2) hidden += step;
+    o->find.lead = 1;
+    return (float)hidden;
+}
+
+static void lflare__outliner_make(const lflare_lens *lens, lflare_tables *t, int32_t g, const double n[][LFLARE_MAX_SURFACES + 1], lflare__outliner *o)
+{
+    lflare__steps_make(lens, t, g, n);
+    lflare__tracer_make(t, g, &o->tracer);
+    o->find.lens = lens;
+    o->find.tracer = &o->tracer;
+    o->find.iris = (double)t->iris.radius;
+    o->find.reach = LFLARE__FIT_REACH * lflare__max(lens->sensor_width, lens->sensor_height);
+    o->find.lead = 1;
+    o->inscribed = (double)lflare__iris_inscribed(&t->iris);
+    o->pixel = lens->sensor_width / 1280;
+    o->most_apart = t->wavelength_count > 0 ? LFLARE__OUTLINE_ENDS_APART : LFLARE__OUTLINE_APART;
+    o->ragged = o->matching = 0;
+    lflare__outline_lamps(o, lens, t->pairs[g], n[1], t->head + (size_t)g * LFLARE_HEAD_FLOATS);
+}
+
+/* W of many wavelengths along the middle one's ray through (u, v). 0 if it does not arrive. */
+static int lflare__spectrum_weights(lflare__outliner *o, double u, double v, float *weights)
+{
+    lflare__traced_ray ray;
+    double x, y;
+    int32_t i;
+    lflare__outline_at(o, u, v, &x, &y);
+    o->tracer.slope = (float)o->slope;
+    for (i = 0; i < o->tracer.t->wavelength_count; i++) weights[i] = 1;
+    o->tracer.many = weights;
+    lflare__traced_ray_make(&o->tracer, lflare__shares[1], 0, (float)x, (float)y, &ray);
+    o->tracer.many = NULL;
+    return ray.arrives;
+}
+
+/* How much brighter the outer of the three known wavelengths' maps make them about the centre than the middle one's. */
+static void lflare__spectrum_brighter(lflare__outliner *o, double *brighter)
+{
+    const float *ends[LFLARE_WAVELENGTHS];
+    double most, least;
+    lflare__traced_ray ray;
+    int32_t k;
+    memcpy(ends, o->tracer.ends, sizeof ends);
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) o->tracer.ends[k] = lflare__shares[k], brighter[k] = 1;
+    lflare__outline_closed(o, 1, 0, 0, &ray);
+    if (ray.arrives) lflare__outline_match(o, 0, 0, &ray, &most, &least, brighter);
+    memcpy(o->tracer.ends, ends, sizeof ends);
+}
+
+/* One field angle's rows of colours: parabolas through four rays. */
+static void lflare__spectrum_knot(lflare__outliner *o, int split, float *rows)
+{
+    static const double places[4][2] = {{0, 0}, {-0.7, 0}, {0.7, 0}, {0, 0.7}};
+    const lflare_tables *t = o->tracer.t;
+    float w[4][LFLARE_MAX_WAVELENGTHS + 1], *row = rows + 4;
+    double brighter[LFLARE_WAVELENGTHS] = {1, 1, 1};
+    int32_t i, j, k;
+    rows[0] = (float)o->middle;
+    for (k = 0; k < 2; k++) rows[1 + k] = (float)o->half[k];
+    for (j = 0; j < 4; j++)
+        if (!lflare__spectrum_weights(o, places[j][0], places[j][1], w[j]) && j > 0) memcpy(w[j], w[0], sizeof w[0]);
+    if (!split) lflare__spectrum_brighter(o, brighter);
+    for (i = 0; i < t->wavelength_count; i++, row += 4) {
+        const float *s = t->spectral[i];
+        float like = 1;
+        for (k = 0; k < LFLARE_WAVELENGTHS; k++) like += s[k] * (float)(brighter[k] - 1);
+        like = lflare__minf(lflare__maxf(like, 0.3f), 3);
+        row[0] = like * w[0][i];
+        row[1] = like * (w[2][i] - w[1][i]) / 1.4f;
+        row[2] = like * (0.5f * (w[1][i] + w[2][i]) - w[0][i]) / 0.49f;
+        row[3] = like * (w[3][i] - w[0][i]) / 0.49f;
+        for (k = 0; k < 3; k++)
+            for (j = 0; j < 4; j++) rows[4 * (LFLARE_SPECTRUM_ROWS - 3 + k) + j] += s[4 + k] * row[j];
+    }
+}
+
+/* A ghost's colours, hidden from a field angle on; split: a bit for each knot where wavelengths have meshes of their own, with their own maps. */
+static void lflare__spectrum_ghost(const lflare_lens *lens, lflare_tables *t, int32_t g, const double n[][LFLARE_MAX_SURFACES + 1], float hidden, int32_t split)
+{
+    float *rows = t->spectrum + (size_t)g * LFLARE_OUTLINE_KNOTS * LFLARE_SPECTRUM_ROWS * 4;
+    lflare__outliner o;
+    int32_t j;
+    memset(rows, 0, sizeof(float) * LFLARE_OUTLINE_KNOTS * LFLARE_SPECTRUM_ROWS * 4);
+    if (!(hidden > 0)) return;
+    lflare__outliner_make(lens, t, g, n, &o);
+    for (j = 0; j < LFLARE_OUTLINE_KNOTS; j++, rows += LFLARE_SPECTRUM_ROWS * 4) {
+        o.slope = lflare__outline_slope(j, hidden);
+        if (!lflare__outline_place(&o) && j > 0) { /* shut: what the last one lets through, moved on */
+            memcpy(rows, rows - LFLARE_SPECTRUM_ROWS * 4, sizeof(float) * LFLARE_SPECTRUM_ROWS * 4);
+            rows[0] = (float)o.middle;
+        } else {
+            lflare__spectrum_knot(&o, split >> j & 1, rows);
+        }
+    }
+}
+
+static void lflare__outline_ghost(const lflare_lens *lens, lflare_tables *t, int32_t g, const double n[][LFLARE_MAX_SURFACES + 1])
+{
+    float *all = t->outline + (size_t)g * LFLARE_OUTLINE_FLOATS, *middle = all + LFLARE__OUTLINE_ONE + LFLARE__OUTLINE_HEAD, hidden;
+    const float *head = t->head + (size_t)g * LFLARE_HEAD_FLOATS;
+    lflare__outliner o;
+    lflare__outline_plan p;
+    int32_t k;
+    int any;
+    memset(all, 0, sizeof(float) * LFLARE_OUTLINE_FLOATS);
+    memset(&p, 0, sizeof p);
+    lflare__outliner_make(lens, t, g, n, &o);
+    hidden = lflare__outline_hidden(&o);
+    if (!(hidden > 0)) return;
+    o.ragged = 0;
+    lflare__outline_middle(&o, hidden, middle, &p);
+    any = lflare__outline_codes(&o, hidden, &p, middle) && t->wavelength_count == 0;
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
+        float *one = all + k * LFLARE__OUTLINE_ONE;
+        if (k != 1 && !any) continue;
+        o.find.lead = k;
+        lflare__outline_alone(&o, hidden, middle, &p, one + LFLARE__OUTLINE_HEAD);
+        one[0] = hidden;
+        one[1] = 0.61e-6f * t->wavelengths[k] * head[4 * k + 3];
+    }
+}
+
+/* The mesh's code for a field angle; *knot: the one before. 0 where the ghost is hidden. */
+static int32_t lflare__outline_code(const lflare_tables *t, uint32_t g, float angle, int32_t *knot)
+{
+    const float *head = t->outline + (size_t)g * LFLARE_OUTLINE_FLOATS + LFLARE__OUTLINE_ONE;
+    if (!(angle < head[0])) return 0;
+    *knot = (int32_t)lflare__minf(lflare__knot_of(angle, head[0], LFLARE_OUTLINE_KNOTS), LFLARE_OUTLINE_KNOTS - 2);
+    return (int32_t)head[LFLARE__OUTLINE_HEAD + *knot * LFLARE__OUTLINE_KNOT + 11];
+}
+
+/* A bit for each knot next to which meshes are split. */
+static int32_t lflare__outline_split(const lflare_tables *t, int32_t g)
+{
+    const float *knots = t->outline + (size_t)g * LFLARE_OUTLINE_FLOATS + LFLARE__OUTLINE_ONE + LFLARE__OUTLINE_HEAD;
+    int32_t j, bits = 0;
+    for (j = 0; j < LFLARE_OUTLINE_KNOTS - 1; j++)
+        if ((int32_t)knots[j * LFLARE__OUTLINE_KNOT + 11] & 128) bits |= 3 << j;
+    return bits;
+}
 
 /* lflare__cull_ghost for a traced one. */
 static void lflare__outline_cull(lflare_tables *t, int32_t g)
 {
     const float *all = t->outline + (size_t)g * LFLARE_OUTLINE_FLOATS, *style = t->style + (size_t)g * LFLARE_STYLE_FLOATS;
     lflare_cull *cull = &t->cull[g];
-    float along = 0, weight = 0, reach = 0, hidden = 0;
-    int32_t j, k, count = all[3] > 0 ? LFLARE_WAVELENGTHS : 1;
+    float along = 0, weight = 0, reach = 0, hidden = all[LFLARE__OUTLINE_ONE];
+    int32_t i;
     cull->patches = 0;
-    for (k = 0; k < count; k++) {
-        const float *head = all + k * LFLARE__OUTLINE_ONE;
-        for (j = 0; j < LFLARE_OUTLINE_KNOTS && head[2] > 0; j++) {
-            const float *knot = head + LFLARE__OUTLINE_HEAD + j * LFLARE__OUTLINE_KNOT;
-            float u = tanf(lflare__knot_angle(j, head[2], LFLARE_OUTLINE_KNOTS));
-            along += knot[8] * u;
-            weight += u * u;
-            reach = lflare__maxf(reach, knot[4]);
-        }
-        hidden = lflare__maxf(hidden, head[2]);
-        cull->patches = (uint16_t)(cull->patches + lflare__outline_patches(head));
-    }
     if (!(hidden > 0)) { /* nothing passes */
         t->rank[g * 2] = 0;
         return;
     }
+    for (i = 0; i < LFLARE_WAVELENGTHS * LFLARE_OUTLINE_KNOTS; i++) {
+        const float *knot = all + i / LFLARE_OUTLINE_KNOTS * LFLARE__OUTLINE_ONE + LFLARE__OUTLINE_HEAD + i % LFLARE_OUTLINE_KNOTS * LFLARE__OUTLINE_KNOT;
+        float u = tanf(lflare__knot_angle(i % LFLARE_OUTLINE_KNOTS, hidden, LFLARE_OUTLINE_KNOTS));
+        int32_t patches = lflare__code_patches(t, (int32_t)knot[11]);
+        if (!(knot[1] > 0)) continue; /* not filled in */
+        if (patches > cull->patches) cull->patches = (uint16_t)patches;
+        along += knot[8] * u;
+        weight += u * u;
+        reach = lflare__maxf(reach, knot[4]);
+    }
     along /= weight;
     cull->radius = 0;
-    for (k = 0; k < count; k++) {
-        const float *head = all + k * LFLARE__OUTLINE_ONE;
-        for (j = 0; j < LFLARE_OUTLINE_KNOTS && head[2] > 0; j++) {
-            const float *knot = head + LFLARE__OUTLINE_HEAD + j * LFLARE__OUTLINE_KNOT;
-            cull->radius = lflare__maxf(cull->radius, 1.2f * knot[9] + fabsf(knot[8] - along * tanf(lflare__knot_angle(j, head[2], LFLARE_OUTLINE_KNOTS))));
-        }
+    for (i = 0; i < LFLARE_WAVELENGTHS * LFLARE_OUTLINE_KNOTS; i++) {
+        const float *knot = all + i / LFLARE_OUTLINE_KNOTS * LFLARE__OUTLINE_ONE + LFLARE__OUTLINE_HEAD + i % LFLARE_OUTLINE_KNOTS * LFLARE__OUTLINE_KNOT;
+        if (knot[1] > 0) cull->radius = lflare__maxf(cull->radius, 1.2f * knot[9] + fabsf(knot[8] - along * tanf(lflare__knot_angle(i % LFLARE_OUTLINE_KNOTS, hidden, LFLARE_OUTLINE_KNOTS))));
     }
     if (style[3] != 1) cull->radius *= 1 + 2 * style[3];
     cull->along = along + style[4] * t->efl;
@@ -6382,6 +7432,29 @@ static void lflare__outline_cull(lflare_tables *t, int32_t g)
 }
 
 #endif /* LFLARE_NO_TRACE */
+
+#ifdef LFLARE__PATCHES
+LFLARE_API size_t lflare_tables_demand(lflare_tables *t, const lflare_settings *s, float *memory)
+{
+    size_t outlines = 0, steps = 0, spectra = 0, films = 0;
+#ifndef LFLARE_NO_TRACE
+    if (s->wavelengths > LFLARE_WAVELENGTHS) {
+        spectra = (size_t)t->ghost_count * LFLARE_OUTLINE_KNOTS * LFLARE_SPECTRUM_ROWS * 4;
+        films = (size_t)t->surface_count * LFLARE_FILM_SAMPLES * (LFLARE_MAX_WAVELENGTHS + 1);
+    }
+    if (s->model == LFLARE_MODEL_TRACED) outlines = (size_t)t->ghost_count * LFLARE_OUTLINE_FLOATS;
+    if (outlines + spectra > 0) steps = (size_t)lflare__steps_of(t) * LFLARE_STEP_FLOATS;
+#endif
+    if (memory != NULL) {
+        t->outline = outlines > 0 ? memory : NULL;
+        t->steps = memory + outlines;
+        t->spectrum = spectra > 0 ? memory + outlines + steps : NULL;
+        t->films = memory + outlines + steps + spectra;
+    }
+    (void)s;
+    return outlines + steps + spectra + films;
+}
+#endif
 
 LFLARE_API lflare_tables_size lflare_tables_layout(const lflare_lens *lens, const void *fit, void *lens_memory, void *settings_memory, lflare_tables *t)
 {
@@ -6392,7 +7465,7 @@ LFLARE_API lflare_tables_size lflare_tables_layout(const lflare_lens *lens, cons
     int32_t i;
     t->ghost_count = lens->ghost_count;
     t->fit = (const uint8_t *)fit;
-    t->mesh_head = t->mesh = t->outline = NULL;
+    t->mesh_head = t->mesh = t->outline = t->steps = t->spectrum = t->films = NULL;
     t->mesh_texels = lflare__mesh_layout(t);
     arrays[0] = ghosts * sizeof(lflare_pair);
     arrays[1] = ghosts * LFLARE_HEAD_FLOATS * f;
@@ -6462,10 +7535,11 @@ LFLARE_API lflare_tables_size lflare_tables_layout(const lflare_lens *lens, cons
     return size;
 }
 
-/* Keeps the pupil, the iris and each rim that does not wholly hold another circle for all slopes up to u_max, with a little
-   to spare for dispersion. Holding is transitive, so one pass does it. Returns how many, their places in `keep`. */
-static int32_t lflare__drop_holders(const lflare_circle *c, int32_t count, double u_max, int32_t *keep)
+/* Keeps the pupil, the iris at every crossing and each rim that does not wholly hold another circle for all slopes up to u_max, with a
+   little to spare for dispersion. Holding is transitive, so one pass does it. Returns how many, their places in `keep`. */
+static int32_t lflare__drop_holders(const lflare__rims *rims, int32_t count, double u_max, int32_t stop, int32_t *keep)
 {
+    const lflare_circle *c = rims->circles;
     double lo[LFLARE_MAX_CIRCLES], hi[LFLARE_MAX_CIRCLES]; /* a circle holds another if its interval at u_max does */
     int32_t i, k, kept = 2;
     keep[0] = 0;
@@ -6477,7 +7551,7 @@ static int32_t lflare__drop_holders(const lflare_circle *c, int32_t count, doubl
     for (i = 2; i < count; i++) {
         double least = lo[i] + 0.003 * c[i].radius, most = hi[i] - 0.003 * c[i].radius;
         for (k = 0; k < count && !(lo[k] > least && hi[k] < most); k++) {}
-        if (k == count) keep[kept++] = i;
+        if (k == count || (LFLARE__MORE_PATHS && rims->surface[i] == stop)) keep[kept++] = i;
     }
     return kept;
 }
@@ -6507,8 +7581,9 @@ static void lflare__near(const lflare_circle *c, int32_t count, double u, double
 }
 
 /* Which rims bind anywhere in the field at any wavelength, iris open: a circle needless beside the open iris is needless
-   beside a smaller one. At most LFLARE_MAX_RIMS are kept, those with most of the outline. */
-static int32_t lflare__choose_rims(const lflare__rims *rims, int32_t count, int32_t *chosen)
+   beside a smaller one. At most LFLARE_MAX_RIMS are kept, those with most of the outline, and the iris wherever else the path crosses it:
+   there it may bind once it closes. */
+static int32_t lflare__choose_rims(const lflare__rims *rims, int32_t count, int32_t stop, int32_t *chosen)
 {
     enum { SAMPLES = 16 };
     int32_t keep[LFLARE_MAX_CIRCLES], pair[2], kept, i, j, k, used = 0;
@@ -6516,8 +7591,8 @@ static int32_t lflare__choose_rims(const lflare__rims *rims, int32_t count, int3
     double outline[LFLARE_MAX_CIRCLES], u_max = 60;
     for (i = 1; i < count; i++) /* pairs with the pupil or the iris: enough for a bound */
         for (k = 0; k < 2 && k < i; k++) u_max = lflare__part(&rims[1].circles[i], &rims[1].circles[k], u_max);
-    kept = lflare__drop_holders(rims[1].circles, count, 1.02 * u_max, keep);
-    for (i = 0; i < kept; i++) outline[i] = 0;
+    kept = lflare__drop_holders(&rims[1], count, 1.02 * u_max, stop, keep);
+    for (i = 0; i < kept; i++) outline[i] = LFLARE__MORE_PATHS && i > 1 && rims[1].surface[keep[i]] == stop ? 1000 : 0;
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
         lflare_circle c[LFLARE_MAX_CIRCLES];
         double hidden, lo, hi;
@@ -6566,20 +7641,22 @@ static void lflare__prepare_ghost(const lflare_lens *lens, lflare_tables *t, int
         head[k * 4 + 2] = lflare__single(rims[k].m.a);
         head[k * 4 + 3] = lflare__single(rims[k].m.b);
     }
-    used = lflare__choose_rims(rims, count, chosen);
+    used = lflare__choose_rims(rims, count, lens->stop, chosen);
     memset(out, 0, sizeof(float) * LFLARE_MAX_RIMS * LFLARE_RIM_FLOATS);
     for (i = 0; i < used; i++)
         for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
             float *rim = out + i * LFLARE_RIM_FLOATS + k * 4;
             rim[0] = lflare__single(rims[k].a[chosen[i]]);
             rim[1] = lflare__single(rims[k].b[chosen[i]]);
-            rim[2] = (float)lens->prescription.surfaces[rims[k].surface[chosen[i]]].semi_diameter;
             rim[3] = (float)rims[k].surface[chosen[i]];
+            rim[2] = LFLARE__MORE_PATHS && rims[k].surface[chosen[i]] == lens->stop ? 0 : (float)lens->prescription.surfaces[rims[k].surface[chosen[i]]].semi_diameter;
         }
-    head[12] = (float)t->pairs[g].first;
-    head[13] = (float)t->pairs[g].second;
+    head[12] = (float)(t->pairs[g].first + LFLARE_MAX_SURFACES * t->pairs[g].third);
+    head[13] = (float)(t->pairs[g].second + LFLARE_MAX_SURFACES * t->pairs[g].fourth);
     head[14] = (float)used;
+#ifdef LFLARE_NO_TRACE
     head[15] = 0;
+#endif
 }
 
 #ifndef LFLARE_NO_TRACE
@@ -6613,6 +7690,12 @@ LFLARE_API lflare_result lflare_tables_prepare(const lflare_lens *lens, lflare_t
         lflare_layer scratch[LFLARE_MAX_LAYERS];
         count = t->ghost_count;
         lflare_ghost_list(lens, t->pairs, &count);
+#ifndef LFLARE_NO_TRACE
+        for (g = 0, i = 0; g < count; g++) {
+            t->head[(size_t)g * LFLARE_HEAD_FLOATS + 15] = (float)i;
+            i += lflare__step_count(t, t->pairs[g]);
+        }
+#endif
 #ifndef LFLARE_NO_DIFFRACTION
         lflare_ringing_make(t->ringing);
 #endif
@@ -6675,6 +7758,9 @@ static float lflare__weight(const lflare__bounce *b, int32_t count, int32_t k, f
     return w;
 }
 
+/* Of a row of rims: the iris once more, whose radius the settings know. */
+static int lflare__rim_is_stop(const float *rim) { return LFLARE__MORE_PATHS && rim[2] == 0; }
+
 /* Circles of a ghost from the tables, at one wavelength: pupil, iris, rims. */
 static int32_t lflare__table_circles(const lflare_tables *t, int32_t g, int32_t k, double iris, int paper, lflare_circle *out)
 {
@@ -6685,8 +7771,16 @@ static int32_t lflare__table_circles(const lflare_tables *t, int32_t g, int32_t 
     out[0].centre = 0;
     out[0].radius = entrance;
     out[1] = lflare__circle((double)head[k * 4], (double)head[k * 4 + 1], iris, entrance);
-    for (i = 0; i < count; i++, rims += LFLARE_RIM_FLOATS) out[2 + i] = lflare__circle((double)rims[0], (double)rims[1], (double)rims[2], entrance);
+    for (i = 0; i < count; i++, rims += LFLARE_RIM_FLOATS) out[2 + i] = lflare__circle((double)rims[0], (double)rims[1], lflare__rim_is_stop(rims) ? iris : (double)rims[2], entrance);
     return 2 + count;
+}
+
+/* Surfaces count from 1, and 0 0 stay 0 0: no third reflection is at the first surface. */
+static int lflare__overrides(const lflare_override *o, lflare_pair pair)
+{
+    int32_t one = pair.third > 0;
+    if (!LFLARE__MORE_PATHS) return o->first == pair.first + 1 && o->second == pair.second + 1;
+    return o->first == pair.first + 1 && o->second == pair.second + 1 && o->third == pair.third + one && o->fourth == pair.fourth + one;
 }
 
 LFLARE_API lflare_result lflare_tables_configure_begin(const lflare_lens *lens, lflare_tables *t, const lflare_settings *s, lflare_error *error)
@@ -6702,9 +7796,10 @@ LFLARE_API lflare_result lflare_tables_configure_begin(const lflare_lens *lens, 
         return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "exposure_ev is -60 to 60, min_flux 0 to 1, ghost_budget 0 or more");
     for (i = 0; i < s->override_count; i++) {
         const lflare_override *o = &s->overrides[i];
-        for (k = 0; k < t->ghost_count && (t->pairs[k].first + 1 != o->first || t->pairs[k].second + 1 != o->second); k++) {}
+        for (k = 0; k < t->ghost_count && !lflare__overrides(o, t->pairs[k]); k++) {}
         if (k == t->ghost_count)
-            return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "override %i: the lens has no ghost (%i,%i)", i, o->first, o->second);
+            return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, LFLARE__MORE_PATHS && (o->third != 0 || o->fourth != 0) ? "override %i: the lens has no ghost (%i,%i,%i,%i)" : "override %i: the lens has no ghost (%i,%i)",
+                                i, o->first, o->second, o->third, o->fourth);
         if (!lflare__finite3(o->tint) || !(fabsf(o->ev) <= 60) || !(o->scale >= 0 && o->scale <= 1000) || !(fabsf(o->move[0]) <= 1000) || !(fabsf(o->move[1]) <= 1000))
             return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "override %i of ghost (%i,%i): a number is out of range", i, o->first, o->second);
     }
@@ -6716,12 +7811,20 @@ LFLARE_API lflare_result lflare_tables_configure_begin(const lflare_lens *lens, 
         !(s->streak.share >= 0 && s->streak.share <= 1) || !(s->streak.length >= 0 && s->streak.length <= 100) || !(s->streak.thickness >= 0 && s->streak.thickness <= 100) ||
         !lflare__finite3(s->streak.tint))
         return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "iris_softness is 0 to 0.5, starburst_scale 0 to 1000, starburst_ev -60 to 60; a streak's share 0 to 1, its sizes 0 to 100");
+#ifndef LFLARE_NO_TRACE
+    if (s->wavelengths != 0 && (s->wavelengths < LFLARE_WAVELENGTHS || s->wavelengths > LFLARE_MAX_WAVELENGTHS))
+        return lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "%i wavelengths: give 3 to 32, or 0", s->wavelengths);
+#endif
     t->iris.softness = s->iris_softness;
     t->fringes = t->ringing != NULL && !s->no_ringing;
     t->starburst = NULL;
     t->starburst_unit = 0.5f * 550e-6f * t->efl * (float)fabs(lens->stop_a11) / t->iris.radius * (s->starburst_scale > 0 ? s->starburst_scale : 1);
 #ifdef LFLARE__PATCHES
     t->model = s->model != LFLARE_MODEL_AUTO ? s->model : t->mesh != NULL ? LFLARE_MODEL_POLYNOMIAL : LFLARE_MODEL_PARAXIAL;
+    lflare__spectral_make(t, t->model != LFLARE_MODEL_PARAXIAL && t->spectrum != NULL ? s->wavelengths : 0);
+#ifndef LFLARE_NO_TRACE
+    lflare__films_make(lens, t);
+#endif
 #else
     t->model = LFLARE_MODEL_PARAXIAL;
 #endif
@@ -6743,7 +7846,7 @@ static void lflare__style_ghost(lflare_tables *t, int32_t g, const lflare_settin
     for (i = 0; i < s->override_count; i++) {
         const lflare_override *o = &s->overrides[i];
         int tinted = o->tint[0] != 0 || o->tint[1] != 0 || o->tint[2] != 0;
-        if (o->first != t->pairs[g].first + 1 || o->second != t->pairs[g].second + 1) continue;
+        if (!lflare__overrides(o, t->pairs[g])) continue;
         for (k = 0; k < 3; k++) style[k] *= o->hide ? 0 : (tinted ? lflare__maxf(o->tint[k], 0) : 1) * exp2f(o->ev);
         if (o->scale > 0) style[3] *= o->scale;
         style[4] += o->move[0];
@@ -6809,7 +7912,7 @@ static void lflare__mesh_cull(lflare_tables *t, int32_t g)
     cull->along = along + style[4] * t->efl;
     cull->reach = 3 * reach * lflare__maxf(style[3], 1);
     cull->hidden_slope = tanf(head[4]);
-    cull->patches = (uint16_t)(head[6] * (head[1] / 4) * (head[2] / 4));
+    cull->patches = (uint16_t)(lflare__meshes(t, head[6] > 1) * (int32_t)(head[1] / 4) * (int32_t)(head[2] / 4));
 }
 
 #endif /* LFLARE_NO_ABERRATION */
@@ -6893,12 +7996,16 @@ static void lflare__configure_ghost(const lflare_lens *lens, lflare_tables *t, c
     if (t->model == LFLARE_MODEL_POLYNOMIAL) {
         lflare__mesh_ghost(lens, t, g);
         lflare__mesh_cull(t, g);
+#ifndef LFLARE_NO_TRACE
+        if (t->wavelength_count > 0) lflare__spectrum_ghost(lens, t, g, n, t->mesh_head[(size_t)g * LFLARE_MESH_HEAD_FLOATS + 4], t->mesh_head[(size_t)g * LFLARE_MESH_HEAD_FLOATS + 6] > 1 ? -1 : 0);
+#endif
     }
 #endif
 #ifndef LFLARE_NO_TRACE
     if (t->model == LFLARE_MODEL_TRACED) {
-        lflare__outline_ghost(lens, t, g);
+        lflare__outline_ghost(lens, t, g, n);
         lflare__outline_cull(t, g);
+        if (t->wavelength_count > 0) lflare__spectrum_ghost(lens, t, g, n, t->outline[(size_t)g * LFLARE_OUTLINE_FLOATS + LFLARE__OUTLINE_ONE], lflare__outline_split(t, g));
     }
 #endif
 }
@@ -6981,7 +8088,10 @@ LFLARE_API void lflare_tables_configure_end(lflare_tables *t, const lflare_setti
     }
 #endif
 #ifndef LFLARE_NO_TRACE
-    if (t->model == LFLARE_MODEL_TRACED) t->mesh_hash = lflare__hash(t->outline, ghosts * LFLARE_OUTLINE_FLOATS, NULL, 0);
+    if (t->model == LFLARE_MODEL_TRACED) t->mesh_hash = lflare__hash(t->outline, ghosts * LFLARE_OUTLINE_FLOATS, t->steps, (size_t)lflare__steps_of(t) * LFLARE_STEP_FLOATS);
+#endif
+#ifdef LFLARE__PATCHES
+    if (t->wavelength_count > 0) t->mesh_hash ^= lflare__hash(t->spectrum, ghosts * LFLARE_OUTLINE_KNOTS * LFLARE_SPECTRUM_ROWS * 4, t->spectral[0], 8);
 #endif
     lflare__configure_image(t, s);
     t->mean_irradiance = (float)mean;
@@ -7122,7 +8232,7 @@ LFLARE_API lflare_result lflare_frame_build(const lflare_tables *t, const lflare
     for (i = 0; i < light_count; i++) {
         lflare_frame_light *l;
         float growth;
-        int32_t budget = t->ghost_budget > 0 ? t->ghost_budget : t->active_count;
+        int32_t budget = t->ghost_budget > 0 ? t->ghost_budget : t->active_count, patches, band = 0;
         if (f->light_count == f->light_capacity) return LFLARE_ERROR_LIMIT;
         l = &f->lights[f->light_count];
         if (!lflare__frame_light_make(t, f, &lights[i], slope_scale, view->edge_fade, l)) continue;
@@ -7135,14 +8245,18 @@ LFLARE_API lflare_result lflare_frame_build(const lflare_tables *t, const lflare
             float r = c->radius + growth + c->reach * l->angular_radius;
             lflare_instance *instance = &f->instances[f->instance_count];
             if (l->slope_length >= c->hidden_slope || fabsf(x) > f->half_width + r || fabsf(y) > f->half_height + r) continue;
-            if (f->instance_capacity - f->instance_count < c->patches) return LFLARE_ERROR_LIMIT;
-            for (k = 0; k < c->patches; k++, instance++) {
+            patches = c->patches;
+#ifndef LFLARE_NO_TRACE
+            if (t->model == LFLARE_MODEL_TRACED) patches = lflare__code_patches(t, lflare__outline_code(t, c->ghost, l->field_angle, &band));
+#endif
+            if (f->instance_capacity - f->instance_count < patches) return LFLARE_ERROR_LIMIT;
+            for (k = 0; k < patches; k++, instance++) {
                 instance->ghost = (uint16_t)c->ghost;
                 instance->light = (uint16_t)f->light_count;
                 instance->patch = (uint16_t)k;
-                instance->band = 0;
+                instance->band = (uint16_t)band;
             }
-            f->instance_count += c->patches;
+            f->instance_count += patches;
             budget--;
         }
         f->light_count++;
@@ -7229,16 +8343,20 @@ static void lflare__footprint_edges(const lflare_tables *t, int32_t g, const lfl
     static const float pupil[12] = {1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0};
     const float *head = t->head + (size_t)g * LFLARE_HEAD_FLOATS, *rim = t->rims + (size_t)g * LFLARE_MAX_RIMS * LFLARE_RIM_FLOATS;
     lflare_edge e[2 + LFLARE_MAX_RIMS];
-    float depth[LFLARE_MAX_EDGES], middle, reach;
+    float depth[LFLARE_MAX_EDGES], middle, reach = 3e38f;
     int32_t count = 1, i, k, smallest = 0;
     out->ringing = t->ringing;
     e[0] = lflare__edge_make(t, head, t->iris.radius, head, d, s, l, pixel, t->iris.softness);
     if (s->binding & 1) e[count++] = lflare__edge_make(t, pupil, t->entrance_radius, head, d, s, l, pixel, 0);
     for (i = 0; i < LFLARE_MAX_RIMS; i++, rim += LFLARE_RIM_FLOATS)
-        if (s->binding >> (i + 1) & 1) e[count++] = lflare__edge_make(t, rim, rim[2], head, d, s, l, pixel, 0);
-    for (i = 1; i < count; i++)
-        if (lflare__edge_extent(&e[i], 1, t->ringing) < lflare__edge_extent(&e[smallest], 1, t->ringing)) smallest = i;
-    reach = lflare__edge_extent(&e[smallest], 1, t->ringing);
+        if (s->binding >> (i + 1) & 1) e[count++] = lflare__rim_is_stop(rim) ? lflare__edge_make(t, rim, t->iris.radius, head, d, s, l, pixel, t->iris.softness) : lflare__edge_make(t, rim, rim[2], head, d, s, l, pixel, 0);
+    for (i = 0; i < count; i++) {
+        float extent = lflare__edge_extent(&e[i], 1, t->ringing);
+        if (extent < reach) {
+            reach = extent;
+            smallest = i;
+        }
+    }
     middle = -e[smallest].offset[1] / e[smallest].gain[1];
     out->radius = 0;
     for (k = 0; k < LFLARE_WAVELENGTHS; k++)
@@ -7321,6 +8439,10 @@ typedef struct lflare__patch_shape {
     float softness;           /* of the iris, in its radii */
     const float *ringing;     /* NULL: no fringes */
     float half_wave, widest;  /* mm, middle wavelength; fringes of the longest over its */
+    const float *spectrum;    /* the ghost's rows before the light's field angle; NULL: three wavelengths are the channels */
+    float between, bundle[3]; /* to the next; centre and half axes of the bundle that they are about */
+    const float *shares, *next[2]; /* of a mesh for one wavelength that is drawn, see lflare_tables.spectral, and of those beside it; NULL: one for all */
+    int32_t mesh;             /* which it is */
 } lflare__patch_shape;
 
 /* Width over which an edge fades that a lamp of one radian would blur by `lamp` mm. */
@@ -7356,6 +8478,69 @@ static void lflare__patch_shape_make(const lflare_tables *t, const lflare_frame_
     p->grid = LFLARE__PIXEL_VARIANCE * f->pixel * f->pixel;
     p->shift[0] = t->efl * (p->style[4] * l->slope[0] - p->style[5] * l->slope[1]);
     p->shift[1] = t->efl * (p->style[4] * l->slope[1] + p->style[5] * l->slope[0]);
+    p->spectrum = p->shares = NULL;
+    p->between = 0;
+}
+
+/* What more than three wavelengths need of a ghost that is hidden from a field angle on. */
+static void lflare__patch_spectrum(const lflare_tables *t, int32_t g, float hidden, lflare__patch_shape *p)
+{
+    float at = lflare__knot_of(p->light->field_angle, hidden, LFLARE_OUTLINE_KNOTS);
+    int32_t first = (int32_t)lflare__minf(at, LFLARE_OUTLINE_KNOTS - 2), k;
+    if (t->wavelength_count == 0) return;
+    p->between = at - (float)first;
+    p->spectrum = t->spectrum + ((size_t)g * LFLARE_OUTLINE_KNOTS + (size_t)first) * LFLARE_SPECTRUM_ROWS * 4;
+    for (k = 0; k < 3; k++) p->bundle[k] = p->spectrum[k] + p->between * (p->spectrum[k + LFLARE_SPECTRUM_ROWS * 4] - p->spectrum[k]);
+    if (p->mesh < 0) return;
+    p->shares = t->spectral[p->mesh];
+    p->next[0] = t->spectral[p->mesh > 0 ? p->mesh - 1 : 0];
+    p->next[1] = t->spectral[p->mesh + 1 < t->wavelength_count ? p->mesh + 1 : p->mesh];
+}
+
+/* A parabola of the spectrum's rows at a place in the bundle. */
+static float lflare__spectrum_at(const float *spectrum, float between, int32_t row, const float *bundle)
+{
+    const float *c = spectrum + 4 * row, *d = c + LFLARE_SPECTRUM_ROWS * 4;
+    float a = bundle[0], b2 = bundle[1] * bundle[1], here = c[0] + a * (c[1] + a * c[2]) + b2 * c[3], next = d[0] + a * (d[1] + a * d[2]) + b2 * d[3];
+    return here + between * (next - here);
+}
+
+/* What a vertex at a place of the entrance lights its channels with: weights are those of the three wavelengths, unless there are more. */
+static void lflare__patch_light(const lflare__patch_shape *p, const float *weight, const float *entrance, lflare_patch_vertex *out, float *flux)
+{
+    float one = 1;
+    int32_t k;
+    for (k = 0; k < 2; k++) out->bundle[k] = 0;
+    if (p->spectrum != NULL) {
+        out->bundle[0] = (entrance[0] - p->bundle[0]) / lflare__maxf(p->bundle[1], 1e-9f);
+        out->bundle[1] = entrance[1] / lflare__maxf(p->bundle[2], 1e-9f);
+        if (p->shares != NULL) one = lflare__maxf(lflare__spectrum_at(p->spectrum, p->between, 1 + p->mesh, out->bundle), 0);
+    }
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
+        float light = p->gain * p->light->irradiance[k] * p->style[k];
+        if (p->shares != NULL) flux[k] = one * p->shares[4 + k] * light;
+        else if (p->spectrum != NULL) flux[k] = p->gain; /* W and the light's colour come to it */
+        else flux[k] = p->mesh < 0 || p->mesh == k ? weight[k] * light : 0;
+    }
+}
+
+/* What a mesh for all of more than three wavelengths hands on with its vertices; where nothing cuts them they are colours at once. */
+static void lflare__patch_colour(const lflare__patch_shape *p, int masked, lflare_patch *out)
+{
+    int32_t i, j, c;
+    out->spectrum = p->shares == NULL ? p->spectrum : NULL;
+    out->between = p->between;
+    for (c = 0; c < 3; c++) out->color[c] = p->light->irradiance[c] * p->style[c];
+    if (out->spectrum == NULL || masked) return;
+    for (i = 0; i < LFLARE_PATCH_RINGS; i++)
+        for (j = 0; j < LFLARE_PATCH_DIRECTIONS; j++) {
+            lflare_patch_vertex *v = &out->inside[i][j];
+            for (c = 0; c < 3; c++) {
+                float lit = lflare__spectrum_at(p->spectrum, p->between, LFLARE_SPECTRUM_ROWS - 3 + c, v->bundle) * out->color[c];
+                v->irradiance[c] *= lit;
+                v->flux[c] *= lit;
+            }
+        }
 }
 
 /* Ghosts never get smaller than a disc (P 3): smaller ones would flicker as they pass from pixel to pixel, or be brighter than
@@ -7384,9 +8569,11 @@ typedef struct lflare__mesh_view {
     size_t knot, row;         /* floats from knot to knot, ring to ring */
     float share[4], knots[4 * LFLARE__MESH_KNOT_TEXELS]; /* what knots say of the whole, interpolated */
     int32_t between, rings, directions, floats, channel; /* the light comes after knot `between` of the four; the one that a mesh for one has */
+    size_t mesh;              /* floats to the next wavelength's mesh, if three are mixed by */
+    const float *shares;      /* these; NULL: they are not */
 } lflare__mesh_view;
 
-static int lflare__mesh_view_make(const lflare_tables *t, int32_t g, int32_t mesh, float angle, lflare__mesh_view *v)
+static int lflare__mesh_view_make(const lflare_tables *t, int32_t g, int32_t mesh, const float *shares, float angle, lflare__mesh_view *v)
 {
     const float *head = t->mesh_head + (size_t)g * LFLARE_MESH_HEAD_FLOATS, *knot;
     float at;
@@ -7400,11 +8587,15 @@ static int lflare__mesh_view_make(const lflare_tables *t, int32_t g, int32_t mes
     v->knot = 4 * (size_t)head[7];
     v->floats = lflare__mesh_floats(head[6] > 1);
     v->channel = mesh;
+    v->shares = shares;
+    v->mesh = (size_t)knots * v->knot;
+    if (shares != NULL) mesh = 0;
     v->row = (size_t)(v->directions + 1) * (size_t)v->floats;
     knot = t->mesh + 4 * (size_t)head[0] + ((size_t)mesh * (size_t)knots + (size_t)first) * v->knot;
     v->first = knot + 4 * LFLARE__MESH_KNOT_TEXELS;
     at -= (float)first;
     v->between = i = (int32_t)lflare__minf(at, 2);
+    if (shares != NULL) knot += v->mesh; /* of the whole, the middle one's */
     for (k = 0; k < 4 * LFLARE__MESH_KNOT_TEXELS; k++) { /* linearly, so that what is positive stays so */
         float a = knot[(size_t)i * v->knot + (size_t)k], b = knot[((size_t)i + 1) * v->knot + (size_t)k];
         v->knots[k] = a + (at - (float)i) * (b - a);
@@ -7418,15 +8609,25 @@ typedef struct lflare__mesh_vertex {
 } lflare__mesh_vertex;
 
 /* One of its floats; `kept` to what the nearest two field angles say: weight and shrink next to caustics would swing on a cubic. */
-static float lflare__mesh_float(const lflare__mesh_view *v, int32_t ring, int32_t direction, int32_t i, int kept)
+static float lflare__mesh_float_at(const lflare__mesh_view *v, const float *at, int kept)
 {
-    const float *at = v->first + (size_t)ring * v->row + (size_t)(direction * v->floats + i);
     float value = v->share[0] * at[0] + v->share[1] * at[v->knot] + v->share[2] * at[2 * v->knot] + v->share[3] * at[3 * v->knot], least, most;
     if (!kept) return value;
     at += (size_t)v->between * v->knot;
     least = lflare__minf(at[0], at[v->knot]);
     most = lflare__maxf(at[0], at[v->knot]);
     return lflare__minf(lflare__maxf(value, least - 0.1f * (most - least)), most + 0.1f * (most - least));
+}
+
+/* Mixed where one of many wavelengths is drawn from the meshes of three. */
+static float lflare__mesh_float(const lflare__mesh_view *v, int32_t ring, int32_t direction, int32_t i, int kept)
+{
+    const float *at = v->first + (size_t)ring * v->row + (size_t)(direction * v->floats + i);
+    float sum = 0;
+    int32_t k;
+    if (v->shares == NULL) return lflare__mesh_float_at(v, at, kept);
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) sum += v->shares[k] * lflare__mesh_float_at(v, at + (size_t)k * v->mesh, kept);
+    return sum;
 }
 
 /* `at` counts rings; beyond the last, places go on as between the last two. */
@@ -7446,7 +8647,7 @@ static void lflare__mesh_vertex_at(const lflare__mesh_view *v, float at, int32_t
         out->entrance[k] = a[2 + k];
     }
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
-        out->weight[k] = !split || k == v->channel ? lflare__maxf(a[split ? 4 : 4 + k], 0) : 0;
+        out->weight[k] = lflare__maxf(a[split ? 4 : 4 + k], 0);
         out->rim[k] = a[split ? 8 : 8 + k];
         for (i = 0; i < 2; i++) out->iris[k][i] = a[(split ? 9 : 12 + 2 * k) + i];
     }
@@ -7460,16 +8661,16 @@ static void lflare__patch_vertex(const lflare__mesh_view *v, const lflare__patch
 {
     const float *axis = p->light->axis, scale = p->style[3];
     lflare__mesh_vertex m;
-    float flat, shrink;
+    float flat, shrink, flux[LFLARE_WAVELENGTHS];
     int32_t k;
     lflare__mesh_vertex_at(v, at, direction, &m);
+    lflare__patch_light(p, m.weight, m.entrance, out, flux);
     shrink = fabsf(m.shrink);
     flat = lflare__maxf(p->even, lflare__minf(lflare__maxf(2 - shrink / m.spread, 0), 1));
     shrink = lflare__maxf(shrink, m.spread);
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
-        float flux = m.weight[k] * p->gain * p->light->irradiance[k] * p->style[k];
-        out->irradiance[k] = (1 - flat) * flux / shrink;
-        out->flux[k] = flat * flux * scale * scale;
+        out->irradiance[k] = (1 - flat) * flux[k] / shrink;
+        out->flux[k] = flat * flux[k] * scale * scale;
         lflare__turn(axis, m.iris[k][0], side * m.iris[k][1], out->iris[k]);
         out->rim[k] = m.rim[k];
     }
@@ -7480,6 +8681,14 @@ static void lflare__patch_vertex(const lflare__mesh_view *v, const lflare__patch
     out->rim_soft = lflare__patch_soft(p, m.lamp);
     out->rim_ring = lflare__patch_ring(p, m.shrink, m.lamp);
     out->iris_ring = lflare__patch_ring(p, m.shrink, v->knots[1]);
+    out->apart = 0;
+    if (v->shares != NULL) {
+        float ways[2] = {0, 0};
+        int32_t ring = (int32_t)lflare__minf(lflare__maxf(at, 0), (float)v->rings), i;
+        for (k = 0; k < LFLARE_WAVELENGTHS; k++)
+            for (i = 0; i < 2; i++) ways[i] += 0.5f * (p->next[1][k] - p->next[0][k]) * lflare__mesh_float_at(v, v->first + (size_t)ring * v->row + (size_t)(direction * v->floats + i) + (size_t)k * v->mesh, 0);
+        out->apart = scale * sqrtf(ways[0] * ways[0] + ways[1] * ways[1]);
+    }
     out->turn = side > 0 ? (float)direction : (float)(2 * v->directions - direction);
     out->bulge = lflare__mesh_float(v, 0, direction, v->floats - 1, 0);
 }
@@ -7504,13 +8713,15 @@ static int32_t lflare__mesh_resolve(const lflare_tables *t, const lflare_frame_d
     int32_t sectors = (int32_t)head[1] / 4, blocks = (int32_t)head[2] / 4, mesh = instance.patch / (sectors * blocks), block = instance.patch / sectors % blocks, i, k, ragged;
     lflare__mesh_view v;
     lflare__patch_shape p;
-    if (!lflare__mesh_view_make(t, instance.ghost, mesh, l->field_angle, &v)) return 0;
     lflare__patch_shape_make(t, f, l, instance.ghost, &p);
+    p.mesh = head[6] > 1 ? mesh : -1;
+    lflare__patch_spectrum(t, instance.ghost, head[4], &p);
+    if (!lflare__mesh_view_make(t, instance.ghost, mesh, p.shares, l->field_angle, &v)) return 0;
     out->iris_soft = lflare__patch_soft(&p, v.knots[1]);
     lflare__patch_grow(f, v.knots[0], v.knots[2], v.knots[1], head[3], v.knots[6] < 0, &p);
     p.middle = lflare__mesh_float(&v, 0, 0, 0, 0);
     p.entrance = lflare__mesh_float(&v, 0, 0, 2, 0);
-    ragged = (int32_t)head[5] >> mesh & 1;
+    ragged = (int32_t)head[5] >> (p.shares != NULL ? 0 : mesh) & 1;
     if (ragged) memset(out->inside, 0, sizeof out->inside);
     for (i = 0; i < LFLARE_PATCH_DIRECTIONS; i++) {
         int32_t direction = instance.patch % sectors * (LFLARE_PATCH_DIRECTIONS - 1) + i;
@@ -7527,6 +8738,7 @@ static int32_t lflare__mesh_resolve(const lflare_tables *t, const lflare_frame_d
             lflare__patch_vertex(&v, &p, begin + (end - begin) * (float)k / (LFLARE_PATCH_BANDS - 1), direction, side, &out->rim[k][i]);
     }
     out->rimmed = ragged || block == blocks - 1;
+    lflare__patch_colour(&p, t->iris.mask != NULL, out);
     return 1;
 }
 
@@ -7535,153 +8747,45 @@ static int32_t lflare__mesh_resolve(const lflare_tables *t, const lflare_frame_d
 #ifndef LFLARE_NO_TRACE
 /* -- traced ghosts -- */
 
-/* A ray on its way through a ghost, in the light's frame; z from the vertex of the surface it meets. */
-typedef struct lflare__traced_ray {
-    float p[3], d[3], stop[2], sensor[2];
-    float relative;                    /* largest of all clear semi-diameters */
-    float weight[LFLARE_WAVELENGTHS];  /* with the films of each wavelength */
-    int arrives;
-} lflare__traced_ray;
-
-/* The sag at the rim's share r2 of the radius squared that the aspheric terms make, and what it grows by with r2. */
-static float lflare__traced_terms(const float *terms, float r2, float *slope)
-{
-    float sag = 0;
-    int32_t j;
-    for (*slope = 0, j = 7; j >= 0; j--) {
-        *slope = *slope * r2 + sag;
-        sag = sag * r2 + terms[j];
-    }
-    *slope = *slope * r2 + sag;
-    return sag * r2;
-}
-
-/* Moves the ray to a surface, `way` 1 or -1 along z; the normal faces the front. See lflare__meet. */
-static int lflare__traced_meet(const float *s, float way, lflare__traced_ray *ray, float *normal)
-{
-    float *p = ray->p, *d = ray->d, c = s[1], k = s[3], a, b, e, root, t = -p[2] / d[2], norm, slope = 0;
-    int polynomial = s[4] != 0 || s[5] != 0 || s[6] != 0 || s[7] != 0 || s[8] != 0 || s[9] != 0 || s[10] != 0 || s[11] != 0;
-    int32_t i, pass;
-    for (i = 0; i < 3; i++) p[i] += t * d[i]; /* to the vertex's plane first: smaller numbers */
-    p[2] = 0;
-    a = c * (d[0] * d[0] + d[1] * d[1] + k * d[2] * d[2]);
-    b = c * (p[0] * d[0] + p[1] * d[1]) - d[2];
-    e = c * (p[0] * p[0] + p[1] * p[1]);
-    root = b * b - a * e;
-    if (root >= 0) t = e / (-b + way * sqrtf(root));
-    else if (polynomial) t = 0;
-    else return 0;
-    for (i = 0; i < 3; i++) p[i] += t * d[i];
-    normal[0] = c;
-    normal[2] = c * k * p[2] - 1;
-    for (pass = 0; pass < 6 && polynomial; pass++) {
-        float r2 = p[0] * p[0] + p[1] * p[1], inverse = 1 / (s[2] * s[2]), bent = 1 - k * c * c * r2, conic = sqrtf(lflare__maxf(bent, 1e-6f));
-        float sag = c * r2 / (1 + conic) + lflare__traced_terms(s + 4, r2 * inverse, &slope);
-        normal[0] = c / conic + 2 * slope * inverse;
-        normal[2] = -1;
-        if (bent < 0) return 0;
-        t = (sag - p[2]) / (d[2] - normal[0] * (p[0] * d[0] + p[1] * d[1]));
-        for (i = 0; i < 3; i++) p[i] += t * d[i];
-    }
-    if (!(normal[2] < 0)) return 0; /* past the equator: the other sheet */
-    normal[1] = normal[0] * p[1];
-    normal[0] *= p[0];
-    norm = 1 / sqrtf(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
-    for (i = 0; i < 3; i++) normal[i] *= norm;
-    return lflare__finite((double)norm);
-}
-
-/* Refracts or reflects it between media of index `before` and `after`; films decide what goes on. 0: total reflection. */
-static int lflare__traced_pass(const float *film, float before, float after, int reflected, const float *normal, lflare__traced_ray *ray)
-{
-    float *d = ray->d, along = d[0] * normal[0] + d[1] * normal[1] + d[2] * normal[2], cosine = fabsf(along), eta = before / after, beyond = 1 - eta * eta * (1 - cosine * cosine);
-    int32_t k;
-    for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
-        float r = lflare__film_lookup(film, k, before > after ? sqrtf(lflare__maxf(beyond, 0)) : cosine);
-        ray->weight[k] *= reflected ? r : 1 - r;
-    }
-    if (reflected) {
-        for (k = 0; k < 3; k++) d[k] -= 2 * along * normal[k];
-        return 1;
-    }
-    if (beyond < 0) return 0;
-    beyond = along < 0 ? -sqrtf(beyond) : sqrtf(beyond);
-    for (k = 0; k < 3; k++) d[k] = eta * d[k] + (beyond - eta * along) * normal[k];
-    return 1;
-}
-
-/* From the entrance point (x, y) with a slope, at the index of wavelength k, through the two reflections to the sensor (H 4; P 7). */
-static void lflare__traced_ray_make(const lflare_tables *t, lflare_pair pair, int32_t k, float x, float y, float slope, lflare__traced_ray *ray)
-{
-    float norm = 1 / sqrtf(1 + slope * slope), way = 1, z = 0, medium = 1;
-    int32_t i = 0, j, turns = 0;
-    memset(ray, 0, sizeof *ray);
-    ray->p[0] = x;
-    ray->p[1] = y;
-    ray->d[0] = slope * norm;
-    ray->d[2] = norm;
-    for (j = 0; j < LFLARE_WAVELENGTHS; j++) ray->weight[j] = 1;
-    while (i < t->surface_count) {
-        const float *s = t->surface + i * LFLARE_SURFACE_FLOATS;
-        float normal[3], before = medium, after = way > 0 ? t->index[4 * i + k] : i > 0 ? t->index[4 * (i - 1) + k] : 1, height;
-        int reflected = (turns == 0 && i == pair.first) || (turns == 1 && i == pair.second);
-        ray->p[2] -= s[0] - z;
-        z = s[0];
-        if (!(ray->d[2] * way > 0) || !lflare__traced_meet(s, way, ray, normal)) return; /* it went the wrong way, or misses */
-        height = ray->p[0] * ray->p[0] + ray->p[1] * ray->p[1];
-        if (i == t->stop) {
-            for (j = 0; j < 2; j++) ray->stop[j] = ray->p[j] / t->iris.radius;
-        } else {
-            ray->relative = lflare__maxf(ray->relative, sqrtf(height) / s[2]);
-            if (!lflare__traced_pass(t->film + (size_t)i * LFLARE_FILM_SAMPLES * 4, before, after, reflected, normal, ray)) return;
-        }
-        if (reflected) {
-            way = -way;
-            turns++;
-        } else {
-            medium = after;
-        }
-        i += way > 0 ? 1 : -1;
-    }
-    if (!(ray->d[2] > 0)) return;
-    for (j = 0; j < 2; j++) ray->sensor[j] = ray->p[j] + ray->d[j] / ray->d[2] * (t->sensor_z - z - ray->p[2]);
-    ray->arrives = lflare__finite((double)(ray->sensor[0] + ray->sensor[1] + ray->relative));
-}
-
-/* A ghost's outline at the light's field angle. */
+/* A ghost's mesh at the light's field angle. */
 typedef struct lflare__traced_view {
-    const lflare_tables *t;
-    lflare_pair pair;
-    float knot[12 + 4 * LFLARE_OUTLINE_SIDES]; /* see lflare__outline_ghost */
-    int32_t directions, rings, channel;        /* the wavelength traced */
-    int split, ragged;                         /* for it alone */
-    float slope, diffraction;
+    lflare__tracer tracer;
+    float knot[LFLARE__OUTLINE_KNOT];   /* see lflare__outline_ghost */
+    int32_t directions, rings, mesh;    /* which one, -1: one for all wavelengths */
+    const float *shares;                /* of the wavelength traced */
+    int ragged;
+    float diffraction;
 } lflare__traced_view;
 
-/* The one that a patch of the ghost belongs to; *patch counts within it from there on. 0 if it is hidden. */
-static int lflare__traced_view_make(const lflare_tables *t, int32_t g, const lflare_frame_light *l, int32_t *patch, lflare__traced_view *o)
+/* The one that a patch belongs to, which counts within it from there on. 0 if it is hidden. */
+static int lflare__traced_view_make(const lflare_tables *t, lflare_instance instance, const lflare_frame_light *l, int32_t *patch, lflare__traced_view *o)
 {
-    const float *head = t->outline + (size_t)g * LFLARE_OUTLINE_FLOATS, *a;
-    float at;
-    int32_t first, i, mesh = 0;
-    o->split = head[3] > 0;
-    for (; mesh < LFLARE_WAVELENGTHS - 1 && *patch >= lflare__outline_patches(head); mesh++) {
-        *patch -= lflare__outline_patches(head);
-        head += LFLARE__OUTLINE_ONE;
-    }
-    if (!(l->field_angle < head[2])) return 0;
-    at = lflare__knot_of(l->field_angle, head[2], LFLARE_OUTLINE_KNOTS);
-    first = (int32_t)lflare__minf(at, LFLARE_OUTLINE_KNOTS - 2);
+    const float *head = t->outline + (size_t)instance.ghost * LFLARE_OUTLINE_FLOATS, *middle = head + LFLARE__OUTLINE_ONE, *a;
+    int32_t first = instance.band, code, meshes, each, i;
+    float f;
+    if (!(l->field_angle < middle[0]) || first > LFLARE_OUTLINE_KNOTS - 2) return 0;
+    code = (int32_t)middle[LFLARE__OUTLINE_HEAD + first * LFLARE__OUTLINE_KNOT + 11];
+    meshes = lflare__meshes(t, code & 128);
+    each = lflare__code_patches(t, code) / meshes;
+    *patch = instance.patch % each;
+    o->mesh = meshes > 1 ? instance.patch / each : -1;
+    if (o->mesh >= meshes) return 0;
+    o->shares = lflare__shares[o->mesh < 0 ? 1 : o->mesh < LFLARE_WAVELENGTHS ? o->mesh : 0];
+    if (t->wavelength_count > 0 && o->mesh >= 0) o->shares = t->spectral[o->mesh];
+    head += (o->mesh < 0 || t->wavelength_count > 0 ? 1 : o->mesh) * LFLARE__OUTLINE_ONE;
     a = head + LFLARE__OUTLINE_HEAD + first * LFLARE__OUTLINE_KNOT;
-    for (i = 0; i < LFLARE__OUTLINE_KNOT; i++) o->knot[i] = a[i] + (at - (float)first) * (a[i + LFLARE__OUTLINE_KNOT] - a[i]);
-    o->t = t;
-    o->pair = t->pairs[g];
-    o->directions = (int32_t)head[0];
-    o->rings = (int32_t)head[1];
-    o->ragged = head[4] > 0;
-    o->diffraction = head[5];
-    o->channel = o->split ? mesh : 1;
-    o->slope = l->slope_length;
+    f = lflare__knot_of(l->field_angle, head[0], LFLARE_OUTLINE_KNOTS) - (float)first;
+    for (i = 0; i < LFLARE__OUTLINE_KNOT; i++) o->knot[i] = a[i] + f * (a[i + LFLARE__OUTLINE_KNOT] - a[i]);
+    lflare__tracer_make(t, instance.ghost, &o->tracer);
+    o->tracer.slope = l->slope_length;
+    o->directions = lflare__code_directions(code);
+    o->rings = lflare__code_rings(code);
+    o->ragged = (code & 256) != 0;
+    o->diffraction = head[1];
+    if (o->ragged) {
+        memcpy(o->knot, a + 16, sizeof(float) * 4);
+        for (i = 0; i < LFLARE_OUTLINE_SIDES; i++) o->knot[LFLARE__OUTLINE_WHOLE + 4 * i] = 1;
+    }
     return 1;
 }
 
@@ -7690,55 +8794,85 @@ static void lflare__outline_beside(const lflare__traced_view *o, int32_t directi
 {
     float at = (float)direction * (LFLARE_OUTLINE_SIDES - 1) / (float)o->directions;
     int32_t first = (int32_t)lflare__minf(at, LFLARE_OUTLINE_SIDES - 2), i;
-    const float *a = o->knot + 12 + 4 * first;
+    const float *a = o->knot + LFLARE__OUTLINE_WHOLE + 4 * first;
     for (i = 0; i < 4; i++) out[i] = a[i] + (at - (float)first) * (a[i + 4] - a[i]);
 }
 
-/* Area on the sensor per area on the entrance about a ray, signed, and how much that differs from one side of it to the other, over as
-   far as it is to the next vertex: half axes are divided into `cells`. How heights curve across: rims are round, and along a line outwards
+/* A vertex's ray and what its neighbours say of the map there. */
+typedef struct lflare__traced_point {
+    float place[2];                     /* on the entrance */
+    lflare__traced_ray ray;
+    float sensor[4], stop[4], height[2];/* slopes over the place: by x, then by y */
+    float shrink, spread, curved;       /* see lflare__traced_slopes */
+    int whole;                          /* all neighbours arrive */
+} lflare__traced_point;
+
+/* Slopes at a vertex by rays beside it, 0.3 of the way to the next one. The area on the sensor per area on the entrance, signed, and how much
+   that differs from the next vertices': `radial` and `around` lead there. How heights curve across: rims are round, and along a line outwards
    heights grow evenly, so that this is what their second slopes add up to. */
-static float lflare__traced_shrink(const lflare__traced_view *o, const lflare__traced_ray *ray, float x, float y, float cells, float *spread, float *curved)
+static void lflare__traced_slopes(const lflare__traced_view *o, const float *radial, const float *around, lflare__traced_point *p)
 {
-    float step[2], slopes[2][4], shrink[2]; /* by the ray before, by the one behind */
-    *curved = 0;
-    int32_t axis, side, whole = 1;
+    float step[2], bent[4], twist[2], grows[2];
+    lflare__traced_ray near[2][2], corner;
+    int32_t axis, side, i;
+    p->whole = p->ray.arrives;
+    p->curved = 0;
     for (axis = 0; axis < 2; axis++) {
-        step[axis] = 0.3f * o->knot[1 + axis] / cells;
+        step[axis] = 0.3f * o->knot[1 + axis] / (float)o->rings;
         for (side = 0; side < 2; side++) {
             float way = side == 0 ? -step[axis] : step[axis];
-            lflare__traced_ray near;
-            lflare__traced_ray_make(o->t, o->pair, o->channel, axis == 0 ? x + way : x, axis == 1 ? y + way : y, o->slope, &near);
-            whole &= near.arrives;
-            *curved += (near.relative - ray->relative) / (step[axis] * step[axis]);
-            slopes[side][2 * axis] = (near.sensor[0] - ray->sensor[0]) / way;
-            slopes[side][2 * axis + 1] = (near.sensor[1] - ray->sensor[1]) / way;
+            lflare__traced_ray_make(&o->tracer, o->shares, 0, axis == 0 ? p->place[0] + way : p->place[0], axis == 1 ? p->place[1] + way : p->place[1], &near[axis][side]);
+            p->whole &= near[axis][side].arrives;
+            p->curved += (near[axis][side].relative - p->ray.relative) / (step[axis] * step[axis]);
+        }
+        p->height[axis] = (near[axis][1].relative - near[axis][0].relative) / (2 * step[axis]);
+        for (i = 0; i < 2; i++) {
+            p->stop[2 * axis + i] = (near[axis][1].stop[i] - near[axis][0].stop[i]) / (2 * step[axis]);
+            p->sensor[2 * axis + i] = (near[axis][1].sensor[i] - near[axis][0].sensor[i]) / (2 * step[axis]);
+            bent[2 * axis + i] = ((near[axis][1].sensor[i] - p->ray.sensor[i]) - (p->ray.sensor[i] - near[axis][0].sensor[i])) / (step[axis] * step[axis]);
         }
     }
-    for (side = 0; side < 2; side++) shrink[side] = slopes[side][0] * slopes[side][3] - slopes[side][1] * slopes[side][2];
-    *spread = whole ? fabsf(shrink[1] - shrink[0]) / 0.3f : 1e30f;
-    return whole ? 0.25f * ((slopes[0][0] + slopes[1][0]) * (slopes[0][3] + slopes[1][3]) - (slopes[0][1] + slopes[1][1]) * (slopes[0][2] + slopes[1][2])) : 0;
+    lflare__traced_ray_make(&o->tracer, o->shares, 0, p->place[0] + step[0], p->place[1] + step[1], &corner);
+    p->whole &= corner.arrives;
+    for (i = 0; i < 2; i++) twist[i] = ((corner.sensor[i] - near[0][1].sensor[i]) - (near[1][1].sensor[i] - p->ray.sensor[i])) / (step[0] * step[1]);
+    grows[0] = bent[0] * p->sensor[3] + p->sensor[0] * twist[1] - bent[1] * p->sensor[2] - p->sensor[1] * twist[0];
+    grows[1] = twist[0] * p->sensor[3] + p->sensor[0] * bent[3] - twist[1] * p->sensor[2] - p->sensor[1] * bent[2];
+    p->spread = p->whole ? lflare__maxf(lflare__maxf(fabsf(grows[0] * radial[0] + grows[1] * radial[1]), fabsf(grows[0] * around[0] + grows[1] * around[1])), 1e-20f) : 1e30f;
+    p->shrink = p->whole ? p->sensor[0] * p->sensor[3] - p->sensor[1] * p->sensor[2] : 0;
+}
+
+/* Where another wavelength's ray that lands with this one meets the iris and the rims, to first order. */
+static void lflare__traced_match(const lflare__traced_view *o, const lflare__traced_point *p, int32_t k, float *stop, float *relative)
+{
+    lflare__traced_ray ray;
+    float off[2], move[2];
+    int32_t i;
+    lflare__traced_ray_make(&o->tracer, lflare__shares[k], 0, p->place[0], p->place[1], &ray);
+    if (!ray.arrives || !p->whole || !(fabsf(p->shrink) > 1e-20f)) ray = p->ray;
+    for (i = 0; i < 2; i++) off[i] = p->ray.sensor[i] - ray.sensor[i];
+    move[0] = (off[0] * p->sensor[3] - off[1] * p->sensor[2]) / p->shrink;
+    move[1] = (off[1] * p->sensor[0] - off[0] * p->sensor[1]) / p->shrink;
+    for (i = 0; i < 2; i++) move[i] = fabsf(p->shrink) > 1e-20f ? lflare__minf(lflare__maxf(move[i], -0.5f * o->knot[1 + i]), 0.5f * o->knot[1 + i]) : 0;
+    for (i = 0; i < 2; i++) stop[i] = ray.stop[i] + p->stop[i] * move[0] + p->stop[2 + i] * move[1];
+    *relative = lflare__maxf(ray.relative + p->height[0] * move[0] + p->height[1] * move[1], 0);
 }
 
 /* The ray `at` half axes from the centre. Where none arrives (total reflection, mostly) the last one on the way there that does stands for
    it, on the edge of what is lit. Returns where that is. */
-static float lflare__traced_last(const lflare__traced_view *o, float at, float angle, float *place, lflare__traced_ray *ray)
+static float lflare__traced_last(const lflare__traced_view *o, float at, float c, float s, lflare__traced_point *p)
 {
-    float near = 0, far = at, c = cosf(angle), s = sinf(angle), edge = 0;
-    int32_t tries;
-    for (tries = 0; tries < 9; tries++) {
-        place[1] = at * o->knot[2] * s;
-        place[0] = o->knot[0] + at * o->knot[1] * c + o->knot[3] * at * s * at * s;
-        lflare__traced_ray_make(o->t, o->pair, o->channel, place[0], place[1], o->slope, ray);
-        if (ray->arrives) {
-            if (tries == 0 || tries == 8) break;
-            near = at;
-        } else {
-            far = at;
-            edge = 1;
-        }
-        at = tries < 7 ? 0.5f * (near + far) : near; /* the last is one that arrives */
+    float near = 0, far = at;
+    int32_t tries, last = 1;
+    for (tries = 0; tries < last; tries++) {
+        p->place[1] = at * o->knot[2] * s;
+        p->place[0] = o->knot[0] + at * o->knot[1] * c + o->knot[3] * at * s * at * s;
+        lflare__traced_ray_make(&o->tracer, o->shares, tries == 0 || tries == 8, p->place[0], p->place[1], &p->ray);
+        if (tries == 0 && !p->ray.arrives) last = 9;
+        if (p->ray.arrives) near = at;
+        else far = at;
+        if (tries < 8 && last > 1) at = tries < 7 ? 0.5f * (near + far) : near; /* the last is one that arrives */
     }
-    ray->relative = lflare__maxf(ray->relative, ray->arrives ? edge : 2);
+    if (last > 1) p->ray.relative = p->ray.arrives ? lflare__maxf(p->ray.relative, 1) : 2;
     return at;
 }
 
@@ -7746,36 +8880,50 @@ static float lflare__traced_last(const lflare__traced_view *o, float at, float a
 static void lflare__traced_vertex(const lflare__traced_view *o, const lflare__patch_shape *p, float at, int32_t direction, float side, lflare_patch_vertex *out)
 {
     const float *axis = p->light->axis, scale = p->style[3];
-    float angle = 3.14159265f * (float)direction / (float)o->directions, beside[4], local[2], place[2], entrance[2], shrink, spread, curved, chord, flat;
-    lflare__traced_ray ray;
+    float angle = 3.14159265f * (float)direction / (float)o->directions, c = cosf(angle), s = direction == 0 || direction == o->directions ? 0 : sinf(angle);
+    float beside[4], local[2], entrance[2], radial[2], around[2], flux[LFLARE_WAVELENGTHS], chord, flat;
+    lflare__traced_point v;
     int32_t k;
     lflare__outline_beside(o, direction, beside);
-    at = lflare__traced_last(o, at * beside[0] / (float)o->rings, angle, place, &ray);
-    if (direction == 0 || direction == o->directions) place[1] = 0;
-    shrink = lflare__traced_shrink(o, &ray, place[0], place[1], (float)o->rings, &spread, &curved);
-    chord = 3.14159265f / (float)o->directions * at * o->knot[1 + (fabsf(cosf(angle)) > 0.7f)];
-    spread = lflare__maxf(spread, 1e-20f);
-    flat = lflare__maxf(p->even, lflare__minf(lflare__maxf(2 - fabsf(shrink) / spread, 0), 1));
+    at = lflare__traced_last(o, at * beside[0] / (float)o->rings, c, s, &v);
+    chord = 3.14159265f / (float)o->directions * at;
+    radial[0] = o->knot[1] * c * beside[0] / (float)o->rings;
+    radial[1] = o->knot[2] * s * beside[0] / (float)o->rings;
+    around[0] = -o->knot[1] * s * chord;
+    around[1] = o->knot[2] * c * chord;
+    lflare__traced_slopes(o, radial, around, &v);
+    chord = sqrtf(around[0] * around[0] + around[1] * around[1]);
+    flat = lflare__maxf(p->even, lflare__minf(lflare__maxf(2 - fabsf(v.shrink) / v.spread, 0), 1));
     memset(out, 0, sizeof *out);
+    for (k = 0; k < LFLARE_WAVELENGTHS; k += 2)
+        if (o->mesh < 0) v.ray.weight[k] *= o->knot[12 + k / 2];
+    lflare__patch_light(p, v.ray.weight, v.place, out, flux);
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
-        float flux = o->split && k != o->channel ? 0 : ray.weight[k] * p->gain * p->light->irradiance[k] * p->style[k];
-        out->irradiance[k] = flat < 1 ? (1 - flat) * flux / lflare__maxf(fabsf(shrink), spread) : 0;
-        out->flux[k] = flat * flux * scale * scale;
-        lflare__turn(axis, ray.stop[0], side * ray.stop[1], out->iris[k]);
-        out->rim[k] = ray.relative;
+        float stop[2], relative = v.ray.relative;
+        memcpy(stop, v.ray.stop, sizeof stop);
+        if (o->mesh < 0 && k != 1) lflare__traced_match(o, &v, k, stop, &relative);
+        out->irradiance[k] = flat < 1 ? (1 - flat) * flux[k] / lflare__maxf(fabsf(v.shrink), v.spread) : 0;
+        out->flux[k] = flat * flux[k] * scale * scale;
+        lflare__turn(axis, stop[0], side * stop[1], out->iris[k]);
+        out->rim[k] = relative;
     }
-    entrance[0] = place[0] - p->entrance;
-    entrance[1] = side * place[1];
+    entrance[0] = v.place[0] - p->entrance;
+    entrance[1] = side * v.place[1];
     lflare__turn(axis, entrance[0], entrance[1], out->entrance);
-    local[0] = p->middle + scale * (ray.sensor[0] - p->middle) + p->grown * entrance[0];
-    local[1] = scale * side * ray.sensor[1] + p->grown * entrance[1];
+    local[0] = p->middle + scale * (v.ray.sensor[0] - p->middle) + p->grown * entrance[0];
+    local[1] = scale * side * v.ray.sensor[1] + p->grown * entrance[1];
     lflare__turn(axis, local[0], local[1], out->position);
     for (k = 0; k < 2; k++) out->position[k] += p->shift[k];
     out->rim_soft = lflare__patch_soft(p, beside[3]);
-    out->rim_ring = lflare__patch_ring(p, shrink, beside[3]);
-    out->iris_ring = lflare__patch_ring(p, shrink, o->knot[4]);
+    out->rim_ring = lflare__patch_ring(p, v.shrink, beside[3]);
+    out->iris_ring = lflare__patch_ring(p, v.shrink, o->knot[4]);
+    if (p->shares != NULL) {
+        lflare__traced_ray next[2];
+        for (k = 0; k < 2; k++) lflare__traced_ray_make(&o->tracer, p->next[k], 0, v.place[0], v.place[1], &next[k]);
+        if (next[0].arrives && next[1].arrives) out->apart = 0.5f * scale * hypotf(next[1].sensor[0] - next[0].sensor[0], next[1].sensor[1] - next[0].sensor[1]);
+    }
     out->turn = side > 0 ? (float)direction : (float)(2 * o->directions - direction);
-    out->bulge = lflare__minf(lflare__maxf(0.125f * chord * chord * curved, 0), 0.05f);
+    out->bulge = lflare__minf(lflare__maxf(0.125f * chord * chord * v.curved, 0), 0.05f);
 }
 
 /* See lflare__patch_band. Outlines are interpolated, and so not exact: a share more on either side. */
@@ -7796,14 +8944,16 @@ static void lflare__traced_band(const lflare__traced_view *o, const lflare__patc
 static int32_t lflare__traced_resolve(const lflare_tables *t, const lflare_frame_data *f, lflare_instance instance, lflare_patch *out)
 {
     const lflare_frame_light *l = &f->lights[instance.light];
-    int32_t index = instance.patch, sectors, blocks, block, i, k;
+    int32_t index, sectors, blocks, block, i, k;
     lflare__traced_view o;
     lflare__patch_shape p;
-    if (!lflare__traced_view_make(t, instance.ghost, l, &index, &o)) return 0;
+    if (!lflare__traced_view_make(t, instance, l, &index, &o)) return 0;
     sectors = o.directions / 4;
     blocks = o.rings / 4;
     block = index / sectors;
     lflare__patch_shape_make(t, f, l, instance.ghost, &p);
+    p.mesh = o.mesh;
+    lflare__patch_spectrum(t, instance.ghost, t->outline[(size_t)instance.ghost * LFLARE_OUTLINE_FLOATS + LFLARE__OUTLINE_ONE], &p);
     out->iris_soft = lflare__patch_soft(&p, o.knot[4]);
     lflare__patch_grow(f, o.knot[5], o.knot[6], o.knot[4], o.diffraction, o.knot[7] < 0, &p);
     p.middle = o.knot[10];
@@ -7815,8 +8965,8 @@ static int32_t lflare__traced_resolve(const lflare_tables *t, const lflare_frame
         if (direction > o.directions) direction = 2 * o.directions - direction;
         lflare__traced_band(&o, &p, out->iris_soft, direction, &begin, &end);
         if (o.ragged) { /* the rim is everywhere, and every block has its part */
-            begin = (float)block / (float)blocks * end;
-            end *= (float)(block + 1) / (float)blocks;
+            begin = (float)(block * (LFLARE_PATCH_RINGS - 1));
+            end = begin + LFLARE_PATCH_RINGS - 1;
         }
         for (k = 0; k < LFLARE_PATCH_RINGS && !o.ragged; k++)
             lflare__traced_vertex(&o, &p, lflare__minf((float)(block * (LFLARE_PATCH_RINGS - 1) + k), begin), direction, side, &out->inside[k][i]);
@@ -7824,6 +8974,7 @@ static int32_t lflare__traced_resolve(const lflare_tables *t, const lflare_frame
             if (o.ragged || block == blocks - 1) lflare__traced_vertex(&o, &p, begin + (end - begin) * (float)k / (LFLARE_PATCH_BANDS - 1), direction, side, &out->rim[k][i]);
     }
     out->rimmed = o.ragged || block == blocks - 1;
+    lflare__patch_colour(&p, t->iris.mask != NULL, out);
     return 1;
 }
 
@@ -8177,7 +9328,7 @@ typedef struct lflare__plane {
 typedef struct lflare__triangle {
     double x[3], y[3], twice_area;
     int32_t begin, end; /* channels lit */
-    lflare__plane share[2], irradiance[3], iris[3][2], rim[3], rim_soft, rim_ring, iris_ring, bulge, turn; /* share: of the second and third corner */
+    lflare__plane share[2], irradiance[3], iris[3][2], rim[3], rim_soft, rim_ring, iris_ring, bulge, turn, apart, bundle[2]; /* share: of the second and third corner */
 } lflare__triangle;
 
 /* What cuts the triangles of a patch. */
@@ -8186,6 +9337,11 @@ typedef struct lflare__outline {
     float iris_soft;      /* pixels; 0: nothing does, they lie quite inside */
     const float *ringing; /* NULL: no fringes */
     float waves[LFLARE_WAVELENGTHS]; /* fringes' length over that at the middle wavelength */
+    const lflare_tables *t;
+    const float *spectrum; /* of lflare_patch; NULL: channels are colours */
+    const float *color;
+    float between;
+    float least;          /* of what a pixel gets: with more than three wavelengths colours may be negative */
 } lflare__outline;
 
 /* What of a side lies on a row of pixels: from x = lo to hi, `height` of it, negative if it leads the other way round. */
@@ -8243,12 +9399,31 @@ static lflare__plane lflare__plane_make(const lflare__triangle *t, float a, floa
 
 static float lflare__plane_at(const lflare__plane *p, float x, float y) { return p->at + p->dx * x + p->dy * y; }
 
+/* Of three planes, `step` from one to the next. */
+static lflare__plane lflare__plane_mix(const lflare__plane *p, int32_t step, const float *shares)
+{
+    lflare__plane sum = {0, 0, 0};
+    int32_t k;
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++, p += step) {
+        sum.at += shares[k] * p->at;
+        sum.dx += shares[k] * p->dx;
+        sum.dy += shares[k] * p->dy;
+    }
+    return sum;
+}
+
 /* How an edge fades: pixels; what else softens it, in its own units. */
 typedef struct lflare__fade {
     float soft, ring, softness;
     const float *ringing;
     int32_t dark; /* see lflare__profile_dark */
 } lflare__fade;
+
+/* What cuts at a pixel: places on the iris and on the rim, what a ray is there over the rim, and how they grow. */
+typedef struct lflare__height {
+    lflare__plane iris[2], rim;
+    float x, y, over; /* the planes' values, rim's less 1 */
+} lflare__height;
 
 /* An edge where the height, `over` beyond it, grows by (gx, gy) a pixel. Next to caustics heights race: a fade as wide as that would
    light what the iris stops. */
@@ -8260,53 +9435,101 @@ static void lflare__cut_slope(lflare__cuts *cuts, const lflare__fade *fade, floa
     lflare__cut(cuts, &p, -over, -gx / g, -gy / g);
 }
 
-static void lflare__cut_iris(lflare__cuts *cuts, const lflare__fade *fade, const lflare__plane *h, const lflare_blade *b, float hx, float hy)
+/* How far a place on the iris is beyond a blade. */
+static float lflare__blade_over(const lflare_blade *b, const lflare__height *h)
 {
+    if (b->arc > 0) return hypotf(h->x + b->nx * b->distance, h->y + b->ny * b->distance) - b->arc;
+    return b->nx * h->x + b->ny * h->y - b->distance;
+}
+
+/* From one of many wavelengths to the next the edge moves: as wide as that it is softened, so that they blend into one another. */
+static float lflare__blend(float softness, float first, float last)
+{
+    float step = 0.715f * 0.5f * (last - first);
+    return sqrtf(softness * softness + step * step);
+}
+
+static void lflare__cut_iris(lflare__cuts *cuts, const lflare__fade *fade, const lflare__height *h, const lflare__height *three, const lflare_blade *b)
+{
+    lflare__fade f = *fade;
+    if (three != NULL) f.softness = lflare__blend(f.softness, lflare__blade_over(b, &three[0]), lflare__blade_over(b, &three[2]));
     if (b->arc > 0) {
-        float length, inv;
-        hx += b->nx * b->distance;
-        hy += b->ny * b->distance;
-        length = sqrtf(hx * hx + hy * hy);
-        inv = 1 / lflare__maxf(length, 1e-20f);
-        lflare__cut_slope(cuts, fade, length - b->arc, (hx * h[0].dx + hy * h[1].dx) * inv, (hx * h[0].dy + hy * h[1].dy) * inv);
+        float x = h->x + b->nx * b->distance, y = h->y + b->ny * b->distance, length = sqrtf(x * x + y * y), inv = 1 / lflare__maxf(length, 1e-20f);
+        lflare__cut_slope(cuts, &f, length - b->arc, (x * h->iris[0].dx + y * h->iris[1].dx) * inv, (x * h->iris[0].dy + y * h->iris[1].dy) * inv);
     } else {
-        lflare__cut_slope(cuts, fade, b->nx * hx + b->ny * hy - b->distance, b->nx * h[0].dx + b->ny * h[1].dx, b->nx * h[0].dy + b->ny * h[1].dy);
+        lflare__cut_slope(cuts, &f, b->nx * h->x + b->ny * h->y - b->distance, b->nx * h->iris[0].dx + b->ny * h->iris[1].dx, b->nx * h->iris[0].dy + b->ny * h->iris[1].dy);
     }
 }
 
-/* Share of light of a channel at a pixel (x, y) from the first corner. */
-static float lflare__rim_coverage(const lflare__triangle *t, int32_t k, const lflare__outline *o, float x, float y)
+/* Heights at a pixel (x, y) from the first corner, at the wavelength that `shares` make of three; NULL: at the k-th. */
+static void lflare__height_at(const lflare__triangle *t, int32_t k, const float *shares, float x, float y, lflare__height *h)
+{
+    float turn = lflare__plane_at(&t->turn, x, y), bulge = 4 * lflare__plane_at(&t->bulge, x, y), bend = bulge * (1 - 2 * turn);
+    if (shares == NULL) {
+        memcpy(h->iris, t->iris[k], sizeof h->iris);
+        h->rim = t->rim[k];
+    } else {
+        h->iris[0] = lflare__plane_mix(&t->iris[0][0], 2, shares);
+        h->iris[1] = lflare__plane_mix(&t->iris[0][1], 2, shares);
+        h->rim = lflare__plane_mix(t->rim, 1, shares);
+    }
+    h->x = lflare__plane_at(&h->iris[0], x, y);
+    h->y = lflare__plane_at(&h->iris[1], x, y);
+    h->over = lflare__plane_at(&h->rim, x, y) - 1 - bulge * turn * (1 - turn);
+    h->rim.dx -= bend * t->turn.dx;
+    h->rim.dy -= bend * t->turn.dy;
+}
+
+/* Share of light at a pixel (x, y) from the first corner, where heights are such; wave: fringes' length over the middle wavelength's; three: the
+   heights of the three of many wavelengths that are looked at together, NULL if there are only three. */
+static float lflare__rim_coverage(const lflare__triangle *t, const lflare__outline *o, const lflare__height *h, const lflare__height *three, float wave, float x, float y)
 {
     static const lflare_blade round = {0, 0, 0, 1};
     const lflare_iris *iris = o->iris;
-    const lflare__plane *h = t->iris[k];
     lflare__cuts cuts = lflare__uncut;
     lflare__fade fade;
     lflare__profile profile;
     lflare__look look;
-    float hx = lflare__plane_at(&h[0], x, y), hy = lflare__plane_at(&h[1], x, y), turn, bulge, bend, slope;
+    float slope, apart = 0.715f * lflare__plane_at(&t->apart, x, y), iris_soft = sqrtf(o->iris_soft * o->iris_soft + apart * apart);
     int32_t i;
-    fade.soft = o->iris_soft;
-    fade.ring = o->waves[k] * lflare__plane_at(&t->iris_ring, x, y);
+    fade.soft = iris_soft;
+    fade.ring = wave * lflare__plane_at(&t->iris_ring, x, y);
     fade.softness = iris->softness;
     fade.ringing = o->ringing;
     fade.dark = iris->dark_outline;
-    for (i = 0; i < iris->blade_count; i++) lflare__cut_iris(&cuts, &fade, h, &iris->blades[i], hx, hy);
-    if (iris->blade_count == 0) lflare__cut_iris(&cuts, &fade, h, &round, hx, hy);
-    turn = lflare__plane_at(&t->turn, x, y);
-    bulge = 4 * lflare__plane_at(&t->bulge, x, y);
-    bend = bulge * (1 - 2 * turn);
+    for (i = 0; i < iris->blade_count; i++) lflare__cut_iris(&cuts, &fade, h, three, &iris->blades[i]);
+    if (iris->blade_count == 0) lflare__cut_iris(&cuts, &fade, h, three, &round);
     fade.soft = lflare__plane_at(&t->rim_soft, x, y);
-    fade.ring = o->waves[k] * lflare__plane_at(&t->rim_ring, x, y);
-    fade.softness = 0;
+    fade.soft = sqrtf(fade.soft * fade.soft + apart * apart);
+    fade.ring = wave * lflare__plane_at(&t->rim_ring, x, y);
+    fade.softness = three != NULL ? lflare__blend(0, three[0].over, three[2].over) : 0;
     fade.dark = 0;
-    lflare__cut_slope(&cuts, &fade, lflare__plane_at(&t->rim[k], x, y) - 1 - bulge * turn * (1 - turn), t->rim[k].dx - bend * t->turn.dx, t->rim[k].dy - bend * t->turn.dy);
+    lflare__cut_slope(&cuts, &fade, h->over, h->rim.dx, h->rim.dy);
     if (iris->mask == NULL) return lflare__both(&cuts);
-    slope = sqrtf(0.5f * (h[0].dx * h[0].dx + h[0].dy * h[0].dy + h[1].dx * h[1].dx + h[1].dy * h[1].dy));
+    slope = sqrtf(0.5f * (h->iris[0].dx * h->iris[0].dx + h->iris[0].dy * h->iris[0].dy + h->iris[1].dx * h->iris[1].dx + h->iris[1].dy * h->iris[1].dy));
     slope = lflare__minf(slope, 0.6f);
-    profile = lflare__profile_make(o->ringing, o->iris_soft * slope, o->waves[k] * lflare__plane_at(&t->iris_ring, x, y) * slope);
+    profile = lflare__profile_make(o->ringing, iris_soft * slope, wave * lflare__plane_at(&t->iris_ring, x, y) * slope);
     look = lflare__look_make(iris, profile.soft, profile.ring);
-    return lflare__both(&cuts) * lflare__iris_mask(iris, hx, hy, &look);
+    return lflare__both(&cuts) * lflare__iris_mask(iris, h->x, h->y, &look);
+}
+
+/* Adds what of more than three wavelengths passes at a pixel: three at a time. */
+static void lflare__spectrum_pixel(const lflare__triangle *t, const lflare__outline *o, float covered, float x, float y, float *pixel)
+{
+    lflare__height three[LFLARE_WAVELENGTHS];
+    float lit = lflare__maxf(lflare__plane_at(&t->irradiance[0], x, y), 0) * covered, bundle[2];
+    int32_t i, j, c;
+    for (i = 0; i < 2; i++) bundle[i] = lflare__plane_at(&t->bundle[i], x, y);
+    for (i = 0; i < o->t->wavelength_count; i += LFLARE_WAVELENGTHS) {
+        for (j = 0; j < LFLARE_WAVELENGTHS; j++) lflare__height_at(t, 0, o->t->spectral[i + j], x, y, &three[j]);
+        for (j = 0; j < LFLARE_WAVELENGTHS; j++) {
+            const float *row = o->t->spectral[i + j];
+            float one = lit * lflare__spectrum_at(o->spectrum, o->between, 1 + i + j, bundle);
+            if (!(one > 0)) continue;
+            one *= lflare__rim_coverage(t, o, &three[j], three, sqrtf(row[3] / o->t->wavelengths[1]), x, y);
+            for (c = 0; c < 3; c++) pixel[c] += one * row[4 + c] * o->color[c];
+        }
+    }
 }
 
 /* Corners to pixels; 0 if nothing is lit of rows begin <= row < end. */
@@ -8323,7 +9546,7 @@ static int lflare__triangle_make(const lflare_patch_vertex *const *v, const lfla
     if ((t->x[0] < 0 && t->x[1] < 0 && t->x[2] < 0) || (t->x[0] > f->width && t->x[1] > f->width && t->x[2] > f->width)) return 0;
     for (t->begin = 3, t->end = k = 0; k < 3; k++) {
         float lit = 0;
-        for (i = 0; i < 3; i++) lit = lflare__maxf(lit, v[i]->irradiance[k] + v[i]->flux[k]);
+        for (i = 0; i < 3; i++) lit = lflare__maxf(lit, fabsf(v[i]->irradiance[k] + v[i]->flux[k]));
         if (!(lit > 0)) continue;
         if (k < t->begin) t->begin = k;
         t->end = k + 1;
@@ -8349,6 +9572,8 @@ static int lflare__triangle_make(const lflare_patch_vertex *const *v, const lfla
         t->iris_ring = lflare__plane_make(t, v[0]->iris_ring / f->pixel, v[1]->iris_ring / f->pixel, v[2]->iris_ring / f->pixel);
         t->turn = lflare__plane_make(t, v[0]->turn - least, v[1]->turn - least, v[2]->turn - least);
         t->bulge = lflare__plane_make(t, v[0]->bulge, v[1]->bulge, v[2]->bulge);
+        for (i = 0; i < 2; i++) t->bundle[i] = lflare__plane_make(t, v[0]->bundle[i], v[1]->bundle[i], v[2]->bundle[i]);
+        t->apart = lflare__plane_make(t, v[0]->apart / f->pixel, v[1]->apart / f->pixel, v[2]->apart / f->pixel);
     }
     return 1;
 }
@@ -8370,21 +9595,29 @@ static void lflare__triangle_pixel(const lflare__triangle *t, const lflare__outl
 {
     int32_t k;
     if (covered < 0.999f) lflare__triangle_clamp(t, &x, &y);
+    if (o->iris_soft > 0 && o->spectrum != NULL) {
+        lflare__spectrum_pixel(t, o, covered, x, y, pixel);
+        return;
+    }
     for (k = t->begin; k < t->end; k++) {
-        float e = lflare__maxf(lflare__plane_at(&t->irradiance[k], x, y), 0) * covered;
-        if (o->iris_soft > 0 && e > 0) e *= lflare__rim_coverage(t, k, o, x, y);
+        float e = lflare__maxf(lflare__plane_at(&t->irradiance[k], x, y), o->least) * covered;
+        lflare__height h;
+        if (o->iris_soft > 0 && e != 0) {
+            lflare__height_at(t, k, NULL, x, y, &h);
+            e *= lflare__rim_coverage(t, o, &h, NULL, o->waves[k], x, y);
+        }
         pixel[k] += e;
     }
 }
 
 /* Pixels from..to-1 of a row, wholly between a triangle's sides: lit evenly but for what their irradiance says. */
-static void lflare__triangle_run(const lflare__triangle *t, int32_t from, int32_t to, float covered, float y, float *pixels)
+static void lflare__triangle_run(const lflare__triangle *t, const lflare__outline *o, int32_t from, int32_t to, float covered, float y, float *pixels)
 {
     int32_t x, k;
     for (k = t->begin; k < t->end; k++) {
         const lflare__plane *p = &t->irradiance[k];
         float at = (p->at + p->dy * y + p->dx * (float)(from + 0.5 - t->x[0])) * covered, step = p->dx * covered;
-        for (x = from; x < to; x++) pixels[(ptrdiff_t)4 * x + k] += lflare__maxf(at + step * (float)(x - from), 0);
+        for (x = from; x < to; x++) pixels[(ptrdiff_t)4 * x + k] += lflare__maxf(at + step * (float)(x - from), o->least);
     }
 }
 
@@ -8415,7 +9648,7 @@ static void lflare__triangle_row(const lflare__triangle *t, const lflare__outlin
     for (; x < to; x++) {
         float covered;
         if (x == run && run < run_end) {
-            lflare__triangle_run(t, run, run_end, (float)height, y, pixels);
+            lflare__triangle_run(t, o, run, run_end, (float)height, y, pixels);
             x = run_end - 1;
             continue;
         }
@@ -8462,9 +9695,14 @@ LFLARE_API lflare_result lflare_software_patches(const lflare_tables *t, const l
     if (image->width != f->width || image->height != f->height || begin < 0 || end > image->height) return LFLARE_ERROR_ARGUMENT;
     o.iris = &t->iris;
     o.ringing = t->fringes ? t->ringing : NULL;
+    o.t = t;
+    o.least = t->wavelength_count > 0 ? -1e30f : 0;
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) o.waves[k] = sqrtf(t->wavelengths[k] / t->wavelengths[1]);
     for (i = 0; i < f->instance_count; i++) {
         if (!lflare_patch_resolve(t, f, f->instances[i], &patch)) continue;
+        o.spectrum = patch.spectrum;
+        o.color = patch.color;
+        o.between = patch.between;
         o.iris_soft = t->iris.mask != NULL ? patch.iris_soft / f->pixel : 0; /* a mask is looked up everywhere */
         for (k = 0; k + 1 < LFLARE_PATCH_RINGS; k++) lflare__quads_draw(patch.inside[k], patch.inside[k + 1], f, &o, image, begin, end);
         o.iris_soft = patch.iris_soft / f->pixel;
@@ -8706,6 +9944,7 @@ typedef struct lflare__glstate {
 typedef struct lflare__gl_frame {
     float half[4], lens[4], spectrum[4], strip[4], burst[3][4];
     float blades[LFLARE_MAX_BLADES][4];
+    float bands[4], spectral[LFLARE_MAX_WAVELENGTHS + 1][8];
     lflare_frame_light lights[LFLARE_GL_MAX_LIGHTS];
 } lflare__gl_frame;
 
@@ -8839,21 +10078,24 @@ static const char *const lflare__glsl_frame[] = {
     "vec4 u_strip;\n"
     "vec4 u_burst[3];\n"
     "vec4 u_blades[16];\n"
-    "vec4 u_lights[960];\n"
+    "vec4 u_bands;\n"
+    "vec4 u_spectral[66];\n"
+    "vec4 u_lights[928];\n"
     "};\n"
     "struct Profile {\n"
     "vec3 soft, ring, inner, outer;\n"
     "};\n"
-    "Profile profile_of(vec3 soft, vec3 ring, float softness)\n"
+    "Profile profile_over(vec3 soft, vec3 ring, float softness, vec3 waves)\n"
     "{\n"
     "Profile p;\n"
     "p.soft = sqrt(soft * soft + vec3(softness * softness)) + vec3(1e-7);\n"
-    "p.ring = min(ring * sqrt(u_spectrum.xyz / u_spectrum.y), 0.4);\n"
+    "p.ring = min(ring * waves, 0.4);\n"
     "p.ring *= step(p.soft, 8.0 * p.ring);\n"
     "p.inner = p.soft + 5.0 * p.ring;\n"
     "p.outer = p.soft + 2.5 * p.ring;\n"
     "return p;\n"
     "}\n"
+    "Profile profile_of(vec3 soft, vec3 ring, float softness) { return profile_over(soft, ring, softness, sqrt(u_spectrum.xyz / u_spectrum.y)); }\n"
     "Profile dark(Profile p)\n"
     "{\n"
     "p.ring = -p.ring;\n"
@@ -9072,7 +10314,7 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "for (i = 0; i < RIMS; i++)\n"
     "if ((binding >> (i + 1) & 1) != 0) {\n"
     "vec4 r0 = lens_texel(lens + 4 + i * 3), r1 = lens_texel(lens + 5 + i * 3), r2 = lens_texel(lens + 6 + i * 3);\n"
-    "found[count++] = edge_of(vec3(r0.x, r1.x, r2.x), vec3(r0.y, r1.y, r2.y), r0.z, 0.0);\n"
+    "found[count++] = edge_of(vec3(r0.x, r1.x, r2.x), vec3(r0.y, r1.y, r2.y), r0.z > 0.0 ? r0.z : u_lens.w, r0.z > 0.0 ? 0.0 : u_strip.w);\n"
     "}\n"
     "int smallest = 0;\n"
     "float reach = 3e38;\n"
@@ -9132,8 +10374,8 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "vec2 centre = along.y * axis, between = vec2(cos(angle + 0.5 * turn), sin(angle + 0.5 * turn)), position;\n"
     "vec3 p = tangent(vec2(cos(angle), sin(angle)), axis, along);\n"
     "vec3 next = tangent(vec2(cos(angle + turn), sin(angle + turn)), axis, along);\n"
-    "float bend = p.x * next.y - p.y * next.x;\n"
     ,
+    "float bend = p.x * next.y - p.y * next.x;\n"
     "if (bend > 1e-3) position = vec2(p.z * next.y - next.z * p.y, p.x * next.z - next.x * p.z) / bend;\n"
     "else position = centre + between * max(p.z - dot(p.xy, centre), 0.0) / max(dot(p.xy, between), 0.05);\n"
     "if (low) {\n"
@@ -9164,21 +10406,23 @@ static const char *const lflare__glsl_patch_frag[] = {
     "#ifndef PATCH_RIM\n"
     "void main() { o_color = vec4(lit(), 0.0); }\n"
     "#else\n"
+    "flat in vec4 v_light;\n"
+    "flat in vec2 v_spectrum;\n"
+    "in vec2 v_bundle;\n"
     "in vec4 v_iris01;\n"
     "in vec4 v_iris2;\n"
     "in vec3 v_rim;\n"
     "in vec4 v_bulge;\n"
-    "void cut_slope(vec3 over, vec3 gx, vec3 gy, float soft, float ring, float softness, bool is_dark)\n"
+    "void cut_slope(vec3 over, vec3 gx, vec3 gy, float soft, float ring, float softness, bool is_dark, bool blend, vec3 waves)\n"
     "{\n"
     "vec3 g = max(sqrt(gx * gx + gy * gy), vec3(1e-20)), pixels = min(g, 0.6);\n"
-    "Profile p = profile_of(soft * pixels, ring * pixels, softness);\n"
+    "Profile p = profile_over(soft * pixels, ring * pixels, blend ? length(vec2(softness, 0.3575 * (over.z - over.x))) : softness, waves);\n"
     "if (is_dark) p = dark(p);\n"
     "cut(p, -over, -gx / g, -gy / g);\n"
     "}\n"
-    "void main()\n"
+    "vec3 covered(vec3 hx, vec3 hy, vec3 rim, bool blend, vec3 waves)\n"
     "{\n"
-    "vec3 hx = vec3(v_iris01.xz, v_iris2.x), hy = vec3(v_iris01.yw, v_iris2.y);\n"
-    "vec3 xx = dFdx(hx), xy = dFdy(hx), yx = dFdx(hy), yy = dFdy(hy), rim_x = dFdx(v_rim), rim_y = dFdy(v_rim);\n"
+    "vec3 xx = dFdx(hx), xy = dFdy(hx), yx = dFdx(hy), yy = dFdy(hy), rim_x = dFdx(rim), rim_y = dFdy(rim);\n"
     "float turn = fract(v_bulge.x), bend = v_bulge.y * (1.0 - 2.0 * turn);\n"
     "int blades = int(u_spectrum.w);\n"
     "uncut();\n"
@@ -9186,31 +10430,43 @@ static const char *const lflare__glsl_patch_frag[] = {
     "vec4 b = blades > 0 ? u_blades[i] : vec4(0.0, 0.0, 0.0, 1.0);\n"
     "if (b.w > 0.0) {\n"
     "vec3 ax = hx + b.x * b.z, ay = hy + b.y * b.z, far = sqrt(ax * ax + ay * ay), inverse = 1.0 / max(far, vec3(1e-20));\n"
-    "cut_slope(far - b.w, (ax * xx + ay * yx) * inverse, (ax * xy + ay * yy) * inverse, v_iris2.w, v_bulge.z, u_strip.w, u_strip.z > 2.0);\n"
+    "cut_slope(far - b.w, (ax * xx + ay * yx) * inverse, (ax * xy + ay * yy) * inverse, v_iris2.w, v_bulge.z, u_strip.w, u_strip.z > 2.0, blend, waves);\n"
     "} else {\n"
-    "cut_slope(b.x * hx + b.y * hy - b.z, b.x * xx + b.y * yx, b.x * xy + b.y * yy, v_iris2.w, v_bulge.z, u_strip.w, u_strip.z > 2.0);\n"
+    "cut_slope(b.x * hx + b.y * hy - b.z, b.x * xx + b.y * yx, b.x * xy + b.y * yy, v_iris2.w, v_bulge.z, u_strip.w, u_strip.z > 2.0, blend, waves);\n"
     "}\n"
     "}\n"
-    "cut_slope(v_rim - 1.0 - v_bulge.y * turn * (1.0 - turn), rim_x - bend * dFdx(v_bulge.x), rim_y - bend * dFdy(v_bulge.x), v_iris2.z, v_bulge.w, 0.0, false);\n"
+    "cut_slope(rim - 1.0 - v_bulge.y * turn * (1.0 - turn), rim_x - bend * dFdx(v_bulge.x), rim_y - bend * dFdy(v_bulge.x), v_iris2.z, v_bulge.w, 0.0, false, blend, waves);\n"
     "vec3 open = within();\n"
     "#ifdef FRINGES\n"
     "if (u_strip.z > 0.0) {\n"
     "vec3 slope = min(sqrt(0.5 * (xx * xx + xy * xy + yx * yx + yy * yy)), 0.6);\n"
-    "open *= mask(hx, hy, profile_of(v_iris2.w * slope, v_bulge.z * slope, 0.0));\n"
+    "open *= mask(hx, hy, profile_over(v_iris2.w * slope, v_bulge.z * slope, 0.0, waves));\n"
     "}\n"
     "#endif\n"
-    "o_color = vec4(lit() * open, 0.0);\n"
+    "return open;\n"
+    "}\n"
+    "void main()\n"
+    "{\n"
+    "vec3 hx = vec3(v_iris01.xz, v_iris2.x), hy = vec3(v_iris01.yw, v_iris2.y), light = lit(), sum = vec3(0.0);\n"
+    "int count = int(v_light.w);\n"
+    "if (count == 0) sum = light * covered(hx, hy, v_rim, false, sqrt(u_spectrum.xyz / u_spectrum.y));\n"
+    "for (int i = 0; i < count; i += 3) {\n"
+    "mat3 places = mat3(place_shares(i), place_shares(i + 1), place_shares(i + 2));\n"
+    "vec3 waves = sqrt(vec3(u_spectral[2 * i].w, u_spectral[2 * i + 2].w, u_spectral[2 * i + 4].w) / u_spectrum.y);\n"
+    "vec3 open = max(vec3(spectrum_at(v_spectrum, 1 + i, v_bundle), spectrum_at(v_spectrum, 2 + i, v_bundle), spectrum_at(v_spectrum, 3 + i, v_bundle)), 0.0);\n"
+    "open *= max(light, 0.0) * covered(hx * places, hy * places, v_rim * places, true, waves);\n"
+    "sum += open.x * colour_of(i) + open.y * colour_of(i + 1) + open.z * colour_of(i + 2);\n"
+    "}\n"
+    "o_color = vec4(sum * v_light.rgb, 0.0);\n"
     "}\n"
     "#endif\n"
     , NULL};
 static const char *const lflare__glsl_patch_vert[] = {
     "uniform highp sampler2D u_mesh_table;\n"
-    "uniform highp sampler2D u_mesh_heads;\n"
     "uniform highp usampler2D u_visibility;\n"
     "invariant gl_Position;\n"
     "in uvec4 a_instance;\n"
-    "const int KNOT_TEXELS = 2, DIRECTIONS = 9, RINGS = 5, BANDS = 3, HEADS_ROW = 1024, MESH_ROW = 2048;\n"
-    "const float PIXEL_VARIANCE = 0.715 * 0.715 / 5.0;\n"
+    "const int KNOT_TEXELS = 2, DIRECTIONS = 9, RINGS = 5, BANDS = 3, MESH_ROW = 2048;\n"
     "centroid out vec3 v_irradiance, v_flux;\n"
     "centroid out float v_most;\n"
     "out vec2 v_entrance;\n"
@@ -9218,42 +10474,48 @@ static const char *const lflare__glsl_patch_vert[] = {
     "out vec4 v_iris01, v_iris2;\n"
     "out vec3 v_rim;\n"
     "out vec4 v_bulge;\n"
+    "flat out vec4 v_light;\n"
+    "flat out vec2 v_spectrum;\n"
+    "out vec2 v_bundle;\n"
     "#endif\n"
-    "vec4 head(int i) { return texelFetch(u_mesh_heads, ivec2(i % HEADS_ROW, i / HEADS_ROW), 0); }\n"
     "vec4 mesh(int i) { return texelFetch(u_mesh_table, ivec2(i % MESH_ROW, i / MESH_ROW), 0); }\n"
     "int g_knot, g_size;\n"
     "int g_between;\n"
     "int g_rings, g_directions;\n"
     "int g_texels;\n"
-    "float g_lamp;\n"
     "vec4 g_shares;\n"
-    "vec4 smooth_texel(int i)\n"
+    "int g_mesh;\n"
+    "int g_next;\n"
+    "vec4 smooth_of(int i)\n"
     "{\n"
     "i += g_knot;\n"
     "return g_shares.x * mesh(i) + g_shares.y * mesh(i + g_size) + g_shares.z * mesh(i + 2 * g_size) + g_shares.w * mesh(i + 3 * g_size);\n"
     "}\n"
-    "vec4 kept_texel(int i)\n"
+    "vec4 kept_of(int i)\n"
     "{\n"
     "i += g_knot;\n"
     "vec4 k0 = mesh(i), k1 = mesh(i + g_size), k2 = mesh(i + 2 * g_size), k3 = mesh(i + 3 * g_size);\n"
     "vec4 a = g_between == 0 ? k0 : g_between == 1 ? k1 : k2, b = g_between == 0 ? k1 : g_between == 1 ? k2 : k3, least = min(a, b), most = max(a, b);\n"
     "return clamp(g_shares.x * k0 + g_shares.y * k1 + g_shares.z * k2 + g_shares.w * k3, least - 0.1 * (most - least), most + 0.1 * (most - least));\n"
     "}\n"
+    "vec4 smooth_texel(int i)\n"
+    "{\n"
+    "if (g_mesh < 0) return smooth_of(i);\n"
+    "vec3 s = place_shares(g_mesh);\n"
+    "return s.x * smooth_of(i) + s.y * smooth_of(i + g_next) + s.z * smooth_of(i + 2 * g_next);\n"
+    "}\n"
+    "vec4 kept_texel(int i)\n"
+    "{\n"
+    "if (g_mesh < 0) return kept_of(i);\n"
+    "vec3 s = place_shares(g_mesh);\n"
+    "return s.x * kept_of(i) + s.y * kept_of(i + g_next) + s.z * kept_of(i + 2 * g_next);\n"
+    "}\n"
     "int vertex(int ring, int direction) { return KNOT_TEXELS + (ring * (g_directions + 1) + direction) * g_texels; }\n"
     "float last(int ring, int direction) { return smooth_texel(vertex(ring, direction) + g_texels - 1).w; }\n"
-    "float soft(float lamp)\n"
-    "{\n"
-    "lamp *= g_lamp;\n"
-    "return sqrt(5.0 * (PIXEL_VARIANCE * u_lens.x * u_lens.x + 0.25 * lamp * lamp));\n"
-    "}\n"
-    "float fringe(float shrink, float lamp, float scale)\n"
-    "{\n"
-    "return (u_burst[2].w >= 0.0 ? scale : 0.0) * sqrt(0.5 * u_spectrum.y * sqrt(abs(shrink)) * abs(lamp));\n"
-    "}\n"
     "void main()\n"
     "{\n"
     "int ghost = int(a_instance.x) * 4, light = int(a_instance.y) * 4, patch_index = int(a_instance.z);\n"
-    "vec4 h0 = head(ghost), h1 = head(ghost + 1), style0 = head(ghost + 2), style1 = head(ghost + 3);\n"
+    "vec4 h0 = ghosts(ghost), h1 = ghosts(ghost + 1), style0 = ghosts(ghost + 2), style1 = ghosts(ghost + 3);\n"
     "vec4 l0 = u_lights[light], l1 = u_lights[light + 1], l2 = u_lights[light + 2];\n"
     "vec2 slope = l0.xy, axis = l0.zw;\n"
     "vec3 irradiance = l2.yzw * u_strip.y;\n"
@@ -9265,19 +10527,20 @@ static const char *const lflare__glsl_patch_vert[] = {
     "#ifdef PATCH_RIM\n"
     "v_iris01 = v_iris2 = vec4(1.0);\n"
     "v_rim = vec3(1.0);\n"
-    "v_bulge = vec4(0.0);\n"
+    "v_bulge = v_light = vec4(0.0);\n"
+    "v_spectrum = v_bundle = vec2(0.0);\n"
     "#endif\n"
     "if (place < int(u_strip.x)) irradiance *= uintBitsToFloat(texelFetch(u_visibility, ivec2(place, 0), 0).r);\n"
     "g_directions = int(h0.y);\n"
     "g_rings = int(h0.z);\n"
     "int sectors = g_directions / 4, blocks = g_rings / 4, mesh_index = patch_index / (sectors * blocks), block = patch_index / sectors % blocks;\n"
-    "bool ragged = (int(h1.y) >> mesh_index & 1) != 0, split_mesh = h1.z > 1.0;\n"
+    "bool split_mesh = h1.z > 1.0, mixed = split_mesh && u_bands.x > 0.0, ragged = (int(h1.y) >> (mixed ? 0 : mesh_index) & 1) != 0;\n"
     "#ifdef PATCH_STRIP\n"
     "bool drawn = ragged || block == blocks - 1;\n"
     "#else\n"
+    ,
     "bool drawn = !ragged;\n"
     "#endif\n"
-    ,
     "if (!(l1.y < h1.x) || !drawn || !(irradiance.x + irradiance.y + irradiance.z > 0.0)) return;\n"
     "int knots = (int(h1.y) & 8) != 0 ? 23 : 12;\n"
     "float at = (1.0 - sqrt(max(1.0 - l1.y / h1.x, 0.0))) * float(knots - 1);\n"
@@ -9285,11 +10548,13 @@ static const char *const lflare__glsl_patch_vert[] = {
     "float f = at - float(first), scale = style0.w;\n"
     "g_shares = vec4(-(f - 1.0) * (f - 2.0) * (f - 3.0) / 6.0, f * (f - 2.0) * (f - 3.0) / 2.0, -f * (f - 1.0) * (f - 3.0) / 2.0, f * (f - 1.0) * (f - 2.0) / 6.0);\n"
     "g_size = int(h1.w);\n"
-    "g_knot = int(h0.x) + (mesh_index * knots + first) * g_size;\n"
+    "g_next = knots * g_size;\n"
+    "g_mesh = mixed ? mesh_index : -1;\n"
+    "g_knot = int(h0.x) + ((mixed ? 0 : mesh_index) * knots + first) * g_size;\n"
     "g_texels = split_mesh ? 3 : 5;\n"
     "g_lamp = l1.z * scale;\n"
     "g_between = int(min(f, 2.0));\n"
-    "int whole_at = g_knot + g_between * g_size;\n"
+    "int whole_at = g_knot + g_between * g_size + (mixed ? g_next : 0);\n"
     "vec4 whole = mix(mesh(whole_at), mesh(whole_at + g_size), f - float(g_between)), bounds = mix(mesh(whole_at + 1), mesh(whole_at + 1 + g_size), f - float(g_between));\n"
     "float lamp = whole.y * l1.z, entrance = max(whole.z, 1e-6), spread = min(h0.w / entrance, 0.5 * u_half.x);\n"
     "float least = sqrt(2.25 * u_lens.x * u_lens.x + spread * spread + lamp * lamp);\n"
@@ -9299,7 +10564,7 @@ static const char *const lflare__glsl_patch_vert[] = {
     "size2 *= size2;\n"
     "float wash = PIXEL_VARIANCE * u_lens.x * u_lens.x + 0.25 * g_lamp * g_lamp * whole.y * whole.y, wash5 = max(5.0 * wash, 1e-30);\n"
     "float q = sqrt(size2 / wash5), wide = 2.0 * wash5 * (0.05 + q * (0.1875 + q * (0.25 + q * (0.125 - 0.0125 * q * q))));\n"
-    "irradiance *= size2 / (wash5 <= size2 ? size2 + wash : wide);\n"
+    "float gain = size2 / (wash5 <= size2 ? size2 + wash : wide);\n"
     "int row = gl_VertexID / DIRECTIONS, direction = patch_index % sectors * (DIRECTIONS - 1) + gl_VertexID % DIRECTIONS;\n"
     "float side = direction > g_directions ? -1.0 : 1.0, turn = float(direction);\n"
     "if (direction > g_directions) direction = 2 * g_directions - direction;\n"
@@ -9315,12 +10580,12 @@ static const char *const lflare__glsl_patch_vert[] = {
     "float end = float(g_rings) * (1.0 + max(outer.x, outer.y) + u_strip.w + 1.2 * bulge);\n"
     "if (ragged) {\n"
     "begin = float(block) / float(blocks) * end;\n"
+    ,
     "end *= float(block + 1) / float(blocks);\n"
     "}\n"
     "#ifdef PATCH_STRIP\n"
     "at = begin + (end - begin) * float(row) / float(BANDS - 1);\n"
     "#else\n"
-    ,
     "at = min(float(block * (RINGS - 1) + row), begin);\n"
     "#endif\n"
     "int ring = int(clamp(at, 0.0, float(g_rings - 1))), a = vertex(ring, direction);\n"
@@ -9347,7 +10612,12 @@ static const char *const lflare__glsl_patch_vert[] = {
     "#endif\n"
     "}\n"
     "spread_of_shrink = max(spread_of_shrink, 1e-20);\n"
-    "vec3 weight = max(split_mesh ? t1.x * vec3(equal(ivec3(0, 1, 2), ivec3(mesh_index))) : t1.xyz, vec3(0.0)) * irradiance * style0.rgb;\n"
+    "int mesh_or_all = split_mesh ? mesh_index : -1;\n"
+    "vec2 spectrum = u_bands.x > 0.0 ? spectrum_of(int(a_instance.x), l1.y, h1.x) : vec2(0.0), bundle = u_bands.x > 0.0 ? bundle_of(spectrum, t0.zw) : vec2(0.0);\n"
+    "vec3 weight = channels(spectrum, bundle, mesh_or_all, max(split_mesh ? t1.xxx : t1.xyz, vec3(0.0))) * gain, light_colour = irradiance * style0.rgb;\n"
+    "#ifndef PATCH_RIM\n"
+    "weight *= summed(spectrum, bundle, mesh_or_all) * light_colour;\n"
+    "#endif\n"
     "float shrink = abs(split_mesh ? t1.y : t1.w), flat_share = max(even, clamp(2.0 - shrink / spread_of_shrink, 0.0, 1.0));\n"
     "v_irradiance = (1.0 - flat_share) * weight / max(shrink, spread_of_shrink);\n"
     "v_flux = flat_share * weight * scale * scale;\n"
@@ -9357,17 +10627,27 @@ static const char *const lflare__glsl_patch_vert[] = {
     "v_entrance = vec2(in_at.x * axis.x - in_at.y * axis.y, in_at.x * axis.y + in_at.y * axis.x);\n"
     "v_most = 8.0 / (spread_of_shrink * scale * scale);\n"
     "#ifdef PATCH_RIM\n"
+    "v_light = vec4(light_colour, split_mesh ? 0.0 : u_bands.x);\n"
+    "v_spectrum = spectrum;\n"
+    "v_bundle = bundle;\n"
+    "float apart = 0.0;\n"
+    "if (mixed) {\n"
+    "vec3 d = 0.5 * (place_shares(min(mesh_index + 1, int(u_bands.x) - 1)) - place_shares(max(mesh_index - 1, 0)));\n"
+    "int v = vertex(int(clamp(at, 0.0, float(g_rings))), direction);\n"
+    "apart = 0.715 * scale * length(d.x * smooth_of(v).xy + d.y * smooth_of(v + g_next).xy + d.z * smooth_of(v + 2 * g_next).xy) / u_lens.x;\n"
+    "}\n"
     "mat2 to_sensor = mat2(axis.x, axis.y, -axis.y * side, axis.x * side);\n"
     "if (split_mesh) {\n"
     "vec2 iris = to_sensor * t2.yz;\n"
     "v_iris01 = vec4(iris, iris);\n"
-    "v_iris2 = vec4(iris, soft(t1.w) / u_lens.x, iris_soft / u_lens.x);\n"
+    "v_iris2 = vec4(iris, length(vec2(soft(t1.w) / u_lens.x, apart)), length(vec2(iris_soft / u_lens.x, apart)));\n"
     "v_rim = vec3(t2.x);\n"
     "} else {\n"
     "v_iris01 = vec4(to_sensor * t3.xy, to_sensor * t3.zw);\n"
     "v_iris2 = vec4(to_sensor * t4.xy, soft(t4.z) / u_lens.x, iris_soft / u_lens.x);\n"
     "v_rim = t2.xyz;\n"
     "}\n"
+    ,
     "float real_shrink = split_mesh ? t1.y : t1.w;\n"
     "v_bulge = vec4(turn, 4.0 * bulge, vec2(fringe(real_shrink, whole.y, scale), fringe(real_shrink, split_mesh ? t1.w : t4.z, scale)) / u_lens.x);\n"
     "#endif\n"
@@ -9375,6 +10655,52 @@ static const char *const lflare__glsl_patch_vert[] = {
     "position += u_lens.y * (style1.x * slope + style1.y * vec2(-slope.y, slope.x));\n"
     "gl_Position = vec4(-(position - u_half.zw) / u_half.xy, 0.0, 1.0);\n"
     "}\n"
+    , NULL};
+static const char *const lflare__glsl_patches[] = {
+    "uniform highp sampler2D u_ghosts;\n"
+    "const float PIXEL_VARIANCE = 0.715 * 0.715 / 5.0;\n"
+    "const int SPECTRUM_ROWS = 37, SPECTRUM_KNOTS = 12;\n"
+    "vec4 ghosts(int i) { return texelFetch(u_ghosts, ivec2(i % 1024, i / 1024), 0); }\n"
+    "vec3 place_shares(int i) { return u_spectral[2 * i].xyz; }\n"
+    "vec3 colour_of(int i) { return u_spectral[2 * i + 1].xyz; }\n"
+    "float spectrum_at(vec2 spectrum, int row, vec2 bundle)\n"
+    "{\n"
+    "int i = int(spectrum.x) + row;\n"
+    "return dot(mix(ghosts(i), ghosts(i + SPECTRUM_ROWS), spectrum.y), vec4(1.0, bundle.x, bundle.x * bundle.x, bundle.y * bundle.y));\n"
+    "}\n"
+    "#ifdef PATCH_VERTEX\n"
+    "float g_lamp;\n"
+    "float soft(float lamp)\n"
+    "{\n"
+    "lamp *= g_lamp;\n"
+    "return sqrt(5.0 * (PIXEL_VARIANCE * u_lens.x * u_lens.x + 0.25 * lamp * lamp));\n"
+    "}\n"
+    "float fringe(float shrink, float lamp, float scale)\n"
+    "{\n"
+    "return (u_burst[2].w >= 0.0 ? scale : 0.0) * sqrt(0.5 * u_spectrum.y * sqrt(abs(shrink)) * abs(lamp));\n"
+    "}\n"
+    "vec2 spectrum_of(int ghost, float angle, float hidden)\n"
+    "{\n"
+    "float at = (1.0 - sqrt(max(1.0 - angle / hidden, 0.0))) * float(SPECTRUM_KNOTS - 1);\n"
+    "int first = int(min(at, float(SPECTRUM_KNOTS - 2)));\n"
+    "return vec2(int(u_bands.y) + (ghost * SPECTRUM_KNOTS + first) * SPECTRUM_ROWS, at - float(first));\n"
+    "}\n"
+    "vec2 bundle_of(vec2 spectrum, vec2 entrance)\n"
+    "{\n"
+    "vec3 b = mix(ghosts(int(spectrum.x)), ghosts(int(spectrum.x) + SPECTRUM_ROWS), spectrum.y).xyz;\n"
+    "return vec2((entrance.x - b.x) / max(b.y, 1e-9), entrance.y / max(b.z, 1e-9));\n"
+    "}\n"
+    "vec3 channels(vec2 spectrum, vec2 bundle, int mesh, vec3 weight)\n"
+    "{\n"
+    "if (u_bands.x > 0.0) return mesh < 0 ? vec3(1.0) : max(spectrum_at(spectrum, 1 + mesh, bundle), 0.0) * colour_of(mesh);\n"
+    "return mesh < 0 ? weight : weight * vec3(equal(ivec3(0, 1, 2), ivec3(mesh)));\n"
+    "}\n"
+    "vec3 summed(vec2 spectrum, vec2 bundle, int mesh)\n"
+    "{\n"
+    "if (u_bands.x == 0.0 || mesh >= 0) return vec3(1.0);\n"
+    "return vec3(spectrum_at(spectrum, SPECTRUM_ROWS - 3, bundle), spectrum_at(spectrum, SPECTRUM_ROWS - 2, bundle), spectrum_at(spectrum, SPECTRUM_ROWS - 1, bundle));\n"
+    "}\n"
+    "#endif\n"
     , NULL};
 static const char *const lflare__glsl_screen_vert[] = {
     "out vec2 v_place;\n"
@@ -9457,7 +10783,7 @@ static const char *const lflare__glsl_strip_frag[] = {
     "vec4 u_clip[3];\n"
     "vec4 u_region;\n"
     "vec4 u_fade;\n"
-    "vec4 u_disc[240];\n"
+    "vec4 u_disc[232];\n"
     "};\n"
     "uniform highp sampler2D u_depth;\n"
     "uniform highp usampler2D u_before;\n"
@@ -9495,12 +10821,11 @@ static const char *const lflare__glsl_strip_frag[] = {
     , NULL};
 static const char *const lflare__glsl_traced_vert[] = {
     "uniform highp sampler2D u_traced_lens;\n"
-    "uniform highp sampler2D u_traced_ghosts;\n"
     "uniform highp usampler2D u_visibility;\n"
     "invariant gl_Position;\n"
     "in uvec4 a_instance;\n"
-    "const int DIRECTIONS = 9, RINGS = 5, BANDS = 3, ROW = 1024, SURFACE = 132, GHOST = 729, OUTLINE = 242, KNOTS = 12, KNOT = 20, SIDES = 17;\n"
-    "const float PIXEL_VARIANCE = 0.715 * 0.715 / 5.0, PI = 3.14159265;\n"
+    "const int DIRECTIONS = 9, RINGS = 5, BANDS = 3, ROW = 1024, SURFACE = 131, GHOST = 798, OUTLINE = 265, KNOTS = 12, KNOT = 22, SIDES = 17;\n"
+    "const float PI = 3.14159265;\n"
     "centroid out vec3 v_irradiance, v_flux;\n"
     "centroid out float v_most;\n"
     "out vec2 v_entrance;\n"
@@ -9508,138 +10833,172 @@ static const char *const lflare__glsl_traced_vert[] = {
     "out vec4 v_iris01, v_iris2;\n"
     "out vec3 v_rim;\n"
     "out vec4 v_bulge;\n"
+    "flat out vec4 v_light;\n"
+    "flat out vec2 v_spectrum;\n"
+    "out vec2 v_bundle;\n"
     "#endif\n"
     "vec4 lens(int i) { return texelFetch(u_traced_lens, ivec2(i % ROW, i / ROW), 0); }\n"
-    "vec4 ghosts(int i) { return texelFetch(u_traced_ghosts, ivec2(i % ROW, i / ROW), 0); }\n"
-    "int g_surfaces, g_stop, g_channel;\n"
-    "ivec2 g_pair;\n"
-    "float g_sensor_z, g_slope;\n"
-    "struct Ray {\n"
-    "vec3 p, d;\n"
-    "vec2 stop, sensor;\n"
-    "float relative;\n"
-    "vec3 weight;\n"
-    "bool arrives;\n"
+    "int g_steps, g_count;\n"
+    "float g_sensor, g_slope;\n"
+    "mat4 g_shares;\n"
+    "struct Rays {\n"
+    "vec4 x, y, z, dx, dy, dz, stop_x, stop_y, sensor_x, sensor_y, relative;\n"
+    "bvec4 arrives;\n"
     "};\n"
     "float term(vec4 a, vec4 b, int j) { return j < 4 ? a[j] : b[j - 4]; }\n"
-    "bool meet(vec4 s, vec4 a, vec4 b, float way, inout Ray r, out vec3 normal)\n"
+    "bvec4 both(bvec4 a, bvec4 b) { return bvec4(a.x && b.x, a.y && b.y, a.z && b.z, a.w && b.w); }\n"
+    "void meet(vec4 s, int surface, float way, bool bent, inout Rays r, out vec4 nx, out vec4 ny, out vec4 nz)\n"
     "{\n"
     "float c = s.y, k = s.w;\n"
-    "bool polynomial = a != vec4(0.0) || b != vec4(0.0);\n"
-    "normal = vec3(0.0);\n"
-    "r.p = vec3(r.p.xy - r.p.z / r.d.z * r.d.xy, 0.0);\n"
-    "float u = c * (dot(r.d.xy, r.d.xy) + k * r.d.z * r.d.z), v = c * dot(r.p.xy, r.d.xy) - r.d.z, e = c * dot(r.p.xy, r.p.xy), root = v * v - u * e;\n"
-    "if (root < 0.0 && !polynomial) return false;\n"
-    "r.p += (root >= 0.0 ? e / (-v + way * sqrt(root)) : 0.0) * r.d;\n"
-    "normal = vec3(c, c, c * k * r.p.z - 1.0);\n"
-    "for (int pass = 0; pass < 6 && polynomial; pass++) {\n"
-    "float r2 = dot(r.p.xy, r.p.xy), inverse = 1.0 / (s.z * s.z), bent = 1.0 - k * c * c * r2, conic = sqrt(max(bent, 1e-6)), x = r2 * inverse, sag = 0.0, slope = 0.0;\n"
+    "vec4 t = r.z / r.dz;\n"
+    "r.x -= t * r.dx;\n"
+    "r.y -= t * r.dy;\n"
+    "vec4 u = c * (r.dx * r.dx + r.dy * r.dy + k * r.dz * r.dz), v = c * (r.x * r.dx + r.y * r.dy) - r.dz, e = c * (r.x * r.x + r.y * r.y), root = v * v - u * e;\n"
+    "bvec4 meets = greaterThanEqual(root, vec4(0.0));\n"
+    "t = e / (way * sqrt(max(root, 0.0)) - v);\n"
+    "if (bent) t = mix(vec4(0.0), t, meets);\n"
+    "else r.arrives = both(r.arrives, meets);\n"
+    "r.x += t * r.dx;\n"
+    "r.y += t * r.dy;\n"
+    "r.z = t * r.dz;\n"
+    "nx = ny = vec4(c);\n"
+    "nz = c * k * r.z - 1.0;\n"
+    "if (bent) {\n"
+    "vec4 a = lens(surface * SURFACE + 1), b = lens(surface * SURFACE + 2);\n"
+    "float inverse = s.z * s.z;\n"
+    "for (int pass = 0; pass < 6; pass++) {\n"
+    "vec4 r2 = r.x * r.x + r.y * r.y, left = 1.0 - k * c * c * r2, conic = sqrt(max(left, 1e-6)), at = r2 * inverse, sag = vec4(0.0), slope = vec4(0.0);\n"
     "for (int j = 7; j >= 0; j--) {\n"
-    "slope = slope * x + sag;\n"
-    "sag = sag * x + term(a, b, j);\n"
+    "slope = slope * at + sag;\n"
+    "sag = sag * at + term(a, b, j);\n"
     "}\n"
-    "slope = slope * x + sag;\n"
-    "sag = sag * x + c * r2 / (1.0 + conic);\n"
-    "normal = vec3(vec2(c / conic + 2.0 * slope * inverse), -1.0);\n"
-    "if (bent < 0.0) return false;\n"
-    "r.p += (sag - r.p.z) / (r.d.z - normal.x * dot(r.p.xy, r.d.xy)) * r.d;\n"
+    "slope = slope * at + sag;\n"
+    "sag = sag * at + c * r2 / (1.0 + conic);\n"
+    "nx = c / conic + 2.0 * slope * inverse;\n"
+    "r.arrives = both(r.arrives, greaterThanEqual(left, vec4(0.0)));\n"
+    "t = (sag - r.z) / (r.dz - nx * (r.x * r.dx + r.y * r.dy));\n"
+    "r.x += t * r.dx;\n"
+    "r.y += t * r.dy;\n"
+    "r.z += t * r.dz;\n"
     "}\n"
-    "if (!(normal.z < 0.0)) return false;\n"
-    "normal = normalize(vec3(normal.xy * r.p.xy, normal.z));\n"
-    "return true;\n"
+    "ny = nx;\n"
+    "nz = vec4(-1.0);\n"
     "}\n"
-    "bool go_on(int film, float before, float after, bool reflected, vec3 normal, bool weigh, inout Ray r)\n"
+    "r.arrives = both(r.arrives, lessThan(nz, vec4(0.0)));\n"
+    "nx *= r.x;\n"
+    "ny *= r.y;\n"
+    "if (k != 1.0 || bent) {\n"
+    "t = inversesqrt(nx * nx + ny * ny + nz * nz);\n"
+    "nx *= t;\n"
+    "ny *= t;\n"
+    "nz *= t;\n"
+    "}\n"
+    "}\n"
+    "void go_on(vec4 eta, bool reflected, float way, vec4 nx, vec4 ny, vec4 nz, inout Rays r, out float film_at)\n"
     "{\n"
-    "float along = dot(r.d, normal), cosine = abs(along), eta = before / after, beyond = 1.0 - eta * eta * (1.0 - cosine * cosine);\n"
-    "if (weigh) {\n"
-    "float at = 127.0 * (before > after ? sqrt(max(beyond, 0.0)) : cosine);\n"
-    "int i = int(clamp(at, 0.0, 126.0));\n"
-    "vec3 share = mix(lens(film + i).rgb, lens(film + i + 1).rgb, at - float(i));\n"
-    "r.weight *= reflected ? share : vec3(1.0) - share;\n"
+    "vec4 along = r.dx * nx + r.dy * ny + r.dz * nz, beyond = 1.0 - eta * eta * (1.0 - along * along);\n"
+    "film_at = eta.x > 1.0 ? sqrt(max(beyond.x, 0.0)) : abs(along.x);\n"
+    "vec4 kept = vec4(1.0), more = -2.0 * along;\n"
+    "if (!reflected) {\n"
+    "r.arrives = both(r.arrives, greaterThanEqual(beyond, vec4(0.0)));\n"
+    "kept = eta;\n"
+    "more = -way * sqrt(max(beyond, 0.0)) - eta * along;\n"
     "}\n"
-    "if (reflected) {\n"
-    "r.d -= 2.0 * along * normal;\n"
-    "return true;\n"
+    "r.dx = kept * r.dx + more * nx;\n"
+    "r.dy = kept * r.dy + more * ny;\n"
+    "r.dz = kept * r.dz + more * nz;\n"
     "}\n"
-    "if (beyond < 0.0) return false;\n"
-    "r.d = eta * r.d + ((along < 0.0 ? -sqrt(beyond) : sqrt(beyond)) - eta * along) * normal;\n"
-    "return true;\n"
-    "}\n"
-    "Ray trace(vec2 entrance, bool weigh)\n"
-    "{\n"
-    "float norm = inversesqrt(1.0 + g_slope * g_slope), way = 1.0, z = 0.0, medium = 1.0;\n"
-    "int i = 0, turns = 0;\n"
     ,
-    "Ray r = Ray(vec3(entrance, 0.0), vec3(g_slope * norm, 0.0, norm), vec2(0.0), vec2(0.0), 0.0, vec3(1.0), false);\n"
-    "for (int step = 0; step < 384 && i < g_surfaces; step++) {\n"
-    "int at = 1 + i * SURFACE;\n"
-    "vec4 s = lens(at);\n"
-    "float before = medium, after = way > 0.0 ? lens(at + 3)[g_channel] : i > 0 ? lens(at + 3 - SURFACE)[g_channel] : 1.0;\n"
-    "bool reflected = (turns == 0 && i == g_pair.x) || (turns == 1 && i == g_pair.y);\n"
-    "vec3 normal;\n"
-    "r.p.z -= s.x - z;\n"
-    "z = s.x;\n"
-    "if (!(r.d.z * way > 0.0) || !meet(s, lens(at + 1), lens(at + 2), way, r, normal)) return r;\n"
-    "if (i == g_stop) {\n"
-    "r.stop = r.p.xy / u_lens.w;\n"
+    "Rays rays_at(vec4 x, vec4 y)\n"
+    "{\n"
+    "float norm = inversesqrt(1.0 + g_slope * g_slope);\n"
+    "return Rays(x, y, vec4(0.0), vec4(g_slope * norm), vec4(0.0), vec4(norm), vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0), bvec4(true));\n"
+    "}\n"
+    "void pass_step(vec4 s, vec4 steps, int code, mat4 shares, inout Rays r, out float film_at)\n"
+    "{\n"
+    "float way = (code & 8) != 0 ? -1.0 : 1.0;\n"
+    "vec4 nx, ny, nz;\n"
+    "film_at = 1.0;\n"
+    "r.z -= s.x;\n"
+    "r.arrives = both(r.arrives, greaterThan(r.dz * way, vec4(0.0)));\n"
+    "meet(s, code / 16, way, (code & 4) != 0, r, nx, ny, nz);\n"
+    "if ((code & 3) == 2) {\n"
+    "r.stop_x = r.x / u_lens.w;\n"
+    "r.stop_y = r.y / u_lens.w;\n"
+    "} else if ((code & 2) != 0) {\n"
+    "r.relative = max(r.relative, (r.x * r.x + r.y * r.y) / (u_lens.w * u_lens.w));\n"
     "} else {\n"
-    "r.relative = max(r.relative, length(r.p.xy) / s.z);\n"
-    "if (!go_on(at + 4, before, after, reflected, normal, weigh, r)) return r;\n"
+    "r.relative = max(r.relative, (r.x * r.x + r.y * r.y) * (s.z * s.z));\n"
+    "go_on(vec4(steps.xyz, 0.0) * shares, (code & 1) != 0, way, nx, ny, nz, r, film_at);\n"
     "}\n"
-    "if (reflected) {\n"
-    "way = -way;\n"
-    "turns++;\n"
-    "} else {\n"
-    "medium = after;\n"
     "}\n"
-    "i += way > 0.0 ? 1 : -1;\n"
+    "void land(inout Rays r)\n"
+    "{\n"
+    "vec4 t = (g_sensor - r.z) / r.dz;\n"
+    "r.relative = sqrt(r.relative);\n"
+    "r.sensor_x = r.x + t * r.dx;\n"
+    "r.sensor_y = r.y + t * r.dy;\n"
+    "vec4 sum = r.sensor_x + r.sensor_y + r.relative;\n"
+    "r.arrives = both(both(r.arrives, greaterThan(r.dz, vec4(0.0))), equal(sum, sum));\n"
     "}\n"
-    "if (!(r.d.z > 0.0)) return r;\n"
-    "r.sensor = r.p.xy + r.d.xy / r.d.z * (g_sensor_z - z - r.p.z);\n"
-    "r.arrives = r.sensor == r.sensor && r.relative == r.relative;\n"
-    "return r;\n"
+    "vec3 trace(inout Rays own, inout Rays near)\n"
+    "{\n"
+    "vec3 weight = vec3(1.0);\n"
+    "mat4 alike = mat4(g_shares[0], g_shares[0], g_shares[0], g_shares[0]);\n"
+    "for (int i = 0; i < g_count; i++) {\n"
+    "vec4 s = ghosts(g_steps + 2 * i), steps = ghosts(g_steps + 2 * i + 1);\n"
+    "int code = int(steps.w);\n"
+    "float film_at, unused;\n"
+    "pass_step(s, steps, code, g_shares, own, film_at);\n"
+    "pass_step(s, steps, code, alike, near, unused);\n"
+    "if ((code & 2) == 0) {\n"
+    "float at = 127.0 * film_at;\n"
+    "int first = int(clamp(at, 0.0, 126.0)), row = code / 16 * SURFACE + 3 + first;\n"
+    "vec3 share = mix(lens(row).rgb, lens(row + 1).rgb, at - float(first));\n"
+    "weight *= (code & 1) != 0 ? share : vec3(1.0) - share;\n"
+    "}\n"
+    "}\n"
+    "land(own);\n"
+    "land(near);\n"
+    "return weight;\n"
+    "}\n"
+    "bool arrives_at(vec2 place)\n"
+    "{\n"
+    "Rays r = rays_at(vec4(place.x), vec4(place.y));\n"
+    "float unused;\n"
+    "for (int i = 0; i < g_count && r.arrives.x; i++) {\n"
+    "vec4 steps = ghosts(g_steps + 2 * i + 1);\n"
+    "pass_step(ghosts(g_steps + 2 * i), steps, int(steps.w), g_shares, r, unused);\n"
+    "}\n"
+    "land(r);\n"
+    "return r.arrives.x;\n"
     "}\n"
     "int g_knot;\n"
     "float g_between;\n"
     "vec4 knot(int i) { return mix(ghosts(g_knot + i), ghosts(g_knot + KNOT + i), g_between); }\n"
-    "Ray last_ray(float at, float angle, vec4 shape, out vec2 place, out float reached)\n"
+    "vec2 place_at(float at, vec2 toward, vec4 shape)\n"
     "{\n"
-    "float near = 0.0, far = at, edge = 0.0, c = cos(angle), s = sin(angle);\n"
-    "Ray r;\n"
-    "for (int tries = 0; tries < 9; tries++) {\n"
-    "place.y = at * shape.z * s;\n"
-    "place.x = shape.x + at * shape.y * c + shape.w * at * s * at * s;\n"
-    "r = trace(place, true);\n"
-    "if (r.arrives) {\n"
-    "if (tries == 0 || tries == 8) break;\n"
-    "near = at;\n"
-    "} else {\n"
-    "far = at;\n"
-    "edge = 1.0;\n"
+    "vec2 p = at * shape.yz * toward;\n"
+    "return vec2(shape.x + p.x + shape.w * at * toward.y * at * toward.y, p.y);\n"
     "}\n"
-    "at = tries < 7 ? 0.5 * (near + far) : near;\n"
-    "}\n"
-    "r.relative = max(r.relative, r.arrives ? edge : 2.0);\n"
-    "reached = at;\n"
-    "return r;\n"
-    "}\n"
-    "float g_lamp;\n"
-    "float soft(float lamp)\n"
+    "float last_at(float at, vec2 toward, vec4 shape)\n"
     "{\n"
-    "lamp *= g_lamp;\n"
-    "return sqrt(5.0 * (PIXEL_VARIANCE * u_lens.x * u_lens.x + 0.25 * lamp * lamp));\n"
+    "float near = 0.0, far = at;\n"
+    "for (int tries = 1; tries < 8; tries++) {\n"
+    "at = 0.5 * (near + far);\n"
+    "if (arrives_at(place_at(at, toward, shape))) near = at;\n"
+    "else far = at;\n"
     "}\n"
-    "float fringe(float shrink, float lamp, float scale)\n"
-    "{\n"
-    "return (u_burst[2].w >= 0.0 ? scale : 0.0) * sqrt(0.5 * u_spectrum.y * sqrt(abs(shrink)) * abs(lamp));\n"
+    "return near;\n"
     "}\n"
     "void main()\n"
     "{\n"
-    "int ghost = int(a_instance.x) * GHOST, light = int(a_instance.y) * 4, patch_index = int(a_instance.z), mesh = 0;\n"
+    "int ghost = int(a_instance.x) * GHOST, light = int(a_instance.y) * 4, patch_index = int(a_instance.z);\n"
     "vec4 style0 = ghosts(ghost + 1), style1 = ghosts(ghost + 2), l0 = u_lights[light], l1 = u_lights[light + 1], l2 = u_lights[light + 2];\n"
     "vec2 slope = l0.xy, axis = l0.zw;\n"
     "vec3 irradiance = l2.yzw * u_strip.y;\n"
-    "int place = int(u_lights[light + 3].x), outline = ghost + 3;\n"
+    ,
+    "int place = int(u_lights[light + 3].x), first = int(a_instance.w), outline = ghost + 3 + OUTLINE;\n"
     "gl_Position = vec4(2.0, 2.0, 0.0, 1.0);\n"
     "v_irradiance = v_flux = vec3(0.0);\n"
     "v_entrance = vec2(0.0);\n"
@@ -9647,42 +11006,36 @@ static const char *const lflare__glsl_traced_vert[] = {
     "#ifdef PATCH_RIM\n"
     "v_iris01 = v_iris2 = vec4(1.0);\n"
     "v_rim = vec3(1.0);\n"
-    "v_bulge = vec4(0.0);\n"
+    "v_bulge = v_light = vec4(0.0);\n"
+    "v_spectrum = v_bundle = vec2(0.0);\n"
     "#endif\n"
     "if (place < int(u_strip.x)) irradiance *= uintBitsToFloat(texelFetch(u_visibility, ivec2(place, 0), 0).r);\n"
-    "vec4 h0 = ghosts(outline), h1 = ghosts(outline + 1);\n"
-    "bool split_mesh = h0.w > 0.0;\n"
-    "for (; mesh < 2; mesh++) {\n"
-    "int patches = h0.z > 0.0 ? int(h0.x / 4.0) * int(h0.y / 4.0) : 0;\n"
-    "if (patch_index < patches) break;\n"
-    "patch_index -= patches;\n"
-    "outline += OUTLINE;\n"
-    "h0 = ghosts(outline);\n"
-    "h1 = ghosts(outline + 1);\n"
-    "}\n"
-    ,
-    "int directions = int(h0.x), rings = int(h0.y), sectors = max(directions / 4, 1), blocks = rings / 4, block = patch_index / sectors;\n"
-    "bool ragged = h1.x > 0.0;\n"
+    "int code = int(ghosts(outline + 1 + first * KNOT + 2).w), rings = code & 63, directions = (code & 64) != 0 ? 32 : 16;\n"
+    "bool split_mesh = (code & 128) != 0, ragged = (code & 256) != 0;\n"
+    "int sectors = directions / 4, blocks = rings / 4, mesh = split_mesh ? patch_index / (sectors * blocks) : -1, block = patch_index / sectors % blocks;\n"
+    "if (split_mesh && u_bands.x == 0.0) outline = ghost + 3 + mesh * OUTLINE;\n"
+    "vec4 h = ghosts(outline);\n"
     "#ifdef PATCH_STRIP\n"
     "bool drawn = ragged || block == blocks - 1;\n"
     "#else\n"
     "bool drawn = !ragged;\n"
     "#endif\n"
-    "if (!(l1.y < h0.z) || !drawn || !(irradiance.x + irradiance.y + irradiance.z > 0.0)) return;\n"
-    "vec4 pair = ghosts(ghost), head = lens(0);\n"
-    "g_surfaces = int(head.x);\n"
-    "g_stop = int(head.y);\n"
-    "g_sensor_z = head.z;\n"
-    "g_pair = ivec2(pair.xy);\n"
+    "if (!(l1.y < h.x) || !drawn || !(irradiance.x + irradiance.y + irradiance.z > 0.0)) return;\n"
+    "vec4 path = ghosts(ghost);\n"
+    "g_steps = int(path.x);\n"
+    "g_count = int(path.y);\n"
+    "g_sensor = path.z;\n"
     "g_slope = l1.x;\n"
-    "g_channel = split_mesh ? mesh : 1;\n"
     "g_lamp = l1.z * style0.w;\n"
-    "float at = (1.0 - sqrt(max(1.0 - l1.y / h0.z, 0.0))) * float(KNOTS - 1), scale = style0.w;\n"
-    "int first = int(min(at, float(KNOTS - 2)));\n"
+    "int last_mesh = int(u_bands.x) - 1;\n"
+    "vec4 lead = u_bands.x > 0.0 ? vec4(place_shares(max(mesh, 0)), 0.0) : vec4(equal(ivec4(mesh), ivec4(0, 1, 2, 3)));\n"
+    "vec4 before = u_bands.x > 0.0 ? vec4(place_shares(max(mesh - 1, 0)), 0.0) : lead, behind = u_bands.x > 0.0 ? vec4(place_shares(min(mesh + 1, last_mesh)), 0.0) : lead;\n"
+    "g_shares = split_mesh ? mat4(lead, before, behind, lead) : mat4(vec4(0.0, 1.0, 0.0, 0.0), vec4(1.0, 0.0, 0.0, 0.0), vec4(0.0, 0.0, 1.0, 0.0), vec4(0.0, 1.0, 0.0, 0.0));\n"
+    "float at = (1.0 - sqrt(max(1.0 - l1.y / h.x, 0.0))) * float(KNOTS - 1), scale = style0.w;\n"
     "g_between = at - float(first);\n"
-    "g_knot = outline + 2 + first * KNOT;\n"
-    "vec4 shape = knot(0), whole = knot(1), bounds = knot(2);\n"
-    "float lamp = whole.x * l1.z, entrance = max(whole.z, 1e-6), wide = min(h1.y / entrance, 0.5 * u_half.x);\n"
+    "g_knot = outline + 1 + first * KNOT;\n"
+    "vec4 shape = ragged ? ghosts(g_knot + 4) : knot(0), whole = knot(1), bounds = knot(2), brighter = knot(3);\n"
+    "float lamp = whole.x * l1.z, entrance = max(whole.z, 1e-6), wide = min(h.y / entrance, 0.5 * u_half.x);\n"
     "float least = sqrt(2.25 * u_lens.x * u_lens.x + wide * wide + lamp * lamp);\n"
     "float grown = (whole.w < 0.0 ? -scale : scale) * max(least - whole.y, 0.0) / entrance;\n"
     "float even = clamp(2.0 - scale * whole.y / max(4.0 * u_lens.x, scale * least), 0.0, 1.0);\n"
@@ -9690,13 +11043,14 @@ static const char *const lflare__glsl_traced_vert[] = {
     "size2 *= size2;\n"
     "float wash = PIXEL_VARIANCE * u_lens.x * u_lens.x + 0.25 * g_lamp * g_lamp * whole.x * whole.x, wash5 = max(5.0 * wash, 1e-30);\n"
     "float q = sqrt(size2 / wash5), far = 2.0 * wash5 * (0.05 + q * (0.1875 + q * (0.25 + q * (0.125 - 0.0125 * q * q))));\n"
-    "irradiance *= size2 / (wash5 <= size2 ? size2 + wash : far);\n"
+    "float gain = size2 / (wash5 <= size2 ? size2 + wash : far);\n"
     "int row = gl_VertexID / DIRECTIONS, direction = patch_index % sectors * (DIRECTIONS - 1) + gl_VertexID % DIRECTIONS;\n"
     "float side = direction > directions ? -1.0 : 1.0, turn = float(direction);\n"
     "if (direction > directions) direction = 2 * directions - direction;\n"
+    ,
     "float beside_at = float(direction) * float(SIDES - 1) / float(directions);\n"
     "int beside_first = int(min(beside_at, float(SIDES - 2)));\n"
-    "vec4 beside = mix(knot(3 + beside_first), knot(4 + beside_first), beside_at - float(beside_first));\n"
+    "vec4 beside = mix(knot(5 + beside_first), knot(6 + beside_first), beside_at - float(beside_first));\n"
     "float about = whole.y / entrance, iris_soft = soft(whole.x), widest = sqrt(u_spectrum.x / u_spectrum.y);\n"
     "float inverse = 1.1 / max(scale * beside.z + abs(grown) * whole.z, 1.5 * u_lens.x);\n"
     "vec4 width = vec4(iris_soft, soft(beside.w), widest * fringe(about * about, whole.x, scale), widest * fringe(about * about, beside.w, scale)) * inverse;\n"
@@ -9705,50 +11059,81 @@ static const char *const lflare__glsl_traced_vert[] = {
     "vec2 inner = width.xy + 5.0 * width.zw, outer = width.xy + 2.5 * width.zw;\n"
     "float begin = float(rings) * max(beside.y - max(inner.x, inner.y) - u_strip.w - 0.04, 0.0), end = float(rings) * (1.0 + max(outer.x, outer.y) + u_strip.w + 0.04);\n"
     "if (ragged) {\n"
-    "begin = float(block) / float(blocks) * end;\n"
-    "end *= float(block + 1) / float(blocks);\n"
+    "begin = float(block * (RINGS - 1));\n"
+    "end = begin + float(RINGS - 1);\n"
+    "beside.x = 1.0;\n"
     "}\n"
     "#ifdef PATCH_STRIP\n"
     "at = begin + (end - begin) * float(row) / float(BANDS - 1);\n"
     "#else\n"
     "at = min(float(block * (RINGS - 1) + row), begin);\n"
     "#endif\n"
-    ,
-    "float angle = PI * float(direction) / float(directions), reached;\n"
-    "vec2 ray_at;\n"
-    "Ray ray = last_ray(at * beside.x / float(rings), angle, shape, ray_at, reached);\n"
-    "if (direction == 0 || direction == directions) ray_at.y = 0.0;\n"
-    "vec2 h = 0.3 * shape.yz / float(rings);\n"
-    "float curved = 0.0;\n"
-    "vec4 slopes[2];\n"
-    "bool whole_ray = ray.arrives;\n"
-    "for (int i = 0; i < 2; i++) {\n"
-    "vec2 way = i == 0 ? -h : h;\n"
-    "Ray x = trace(ray_at + vec2(way.x, 0.0), false), y = trace(ray_at + vec2(0.0, way.y), false);\n"
-    "whole_ray = whole_ray && x.arrives && y.arrives;\n"
-    "slopes[i] = vec4((x.sensor - ray.sensor) / way.x, (y.sensor - ray.sensor) / way.y);\n"
-    "curved += (x.relative - ray.relative) / (h.x * h.x) + (y.relative - ray.relative) / (h.y * h.y);\n"
+    "float angle = PI * float(direction) / float(directions), edge = 0.0;\n"
+    "vec2 toward = vec2(cos(angle), direction == 0 || direction == directions ? 0.0 : sin(angle)), h2 = 0.3 * shape.yz / float(rings), ray_at;\n"
+    "vec4 ways = vec4(-h2.x, h2.x, -h2.y, h2.y);\n"
+    "vec3 weight;\n"
+    "Rays own, near;\n"
+    "at *= beside.x / float(rings);\n"
+    "for (int pass = 0; pass < 2; pass++) {\n"
+    "ray_at = place_at(at, toward, shape);\n"
+    "own = rays_at(ray_at.x + vec4(0.0, 0.0, 0.0, h2.x), ray_at.y + vec4(0.0, 0.0, 0.0, h2.y));\n"
+    "near = rays_at(ray_at.x + vec4(ways.xy, 0.0, 0.0), ray_at.y + vec4(0.0, 0.0, ways.zw));\n"
+    "weight = trace(own, near);\n"
+    "if (own.arrives.x || pass == 1) break;\n"
+    "at = last_at(at, toward, shape);\n"
+    "edge = 1.0;\n"
     "}\n"
-    "vec4 middle = 0.5 * (slopes[0] + slopes[1]);\n"
-    "vec2 shrinks = vec2(slopes[0].x * slopes[0].w - slopes[0].y * slopes[0].z, slopes[1].x * slopes[1].w - slopes[1].y * slopes[1].z);\n"
-    "float shrink = whole_ray ? middle.x * middle.w - middle.y * middle.z : 0.0, spread = max(whole_ray ? abs(shrinks.y - shrinks.x) / 0.3 : 1e30, 1e-20);\n"
-    "float flat_share = max(even, clamp(2.0 - abs(shrink) / spread, 0.0, 1.0)), chord = PI / float(directions) * reached * (abs(cos(angle)) > 0.7 ? shape.z : shape.y);\n"
-    "vec3 flux = (split_mesh ? vec3(equal(ivec3(0, 1, 2), ivec3(mesh))) : vec3(1.0)) * ray.weight * irradiance * style0.rgb;\n"
+    "own.relative.x = own.arrives.x ? max(own.relative.x, edge) : 2.0;\n"
+    "bool whole_ray = own.arrives.x && own.arrives.w && all(near.arrives);\n"
+    "vec4 x = near.sensor_x - own.sensor_x.x, y = near.sensor_y - own.sensor_y.x, more = (near.relative - own.relative.x) / (ways * ways);\n"
+    "float curved = more.x + more.y + more.z + more.w;\n"
+    "vec4 middle = 0.5 * vec4((x.y - x.x) / h2.x, (y.y - y.x) / h2.x, (x.w - x.z) / h2.y, (y.w - y.z) / h2.y);\n"
+    "vec4 bent = vec4(vec2(x.x + x.y, y.x + y.y) / (h2.x * h2.x), vec2(x.z + x.w, y.z + y.w) / (h2.y * h2.y));\n"
+    "vec2 twist = vec2(own.sensor_x.w - near.sensor_x.y - x.w, own.sensor_y.w - near.sensor_y.y - y.w) / (h2.x * h2.y);\n"
+    "vec2 grows = vec2(bent.x * middle.w + middle.x * twist.y - bent.y * middle.z - middle.y * twist.x,\n"
+    "twist.x * middle.w + middle.x * bent.w - twist.y * middle.z - middle.y * bent.z);\n"
+    "vec2 radial = shape.yz * toward * beside.x / float(rings), around = shape.yz * vec2(-toward.y, toward.x) * (PI / float(directions) * at);\n"
+    "float shrink = whole_ray ? middle.x * middle.w - middle.y * middle.z : 0.0;\n"
+    "float spread = whole_ray ? max(max(abs(dot(grows, radial)), abs(dot(grows, around))), 1e-20) : 1e30;\n"
+    ,
+    "float flat_share = max(even, clamp(2.0 - abs(shrink) / spread, 0.0, 1.0)), chord = length(around);\n"
+    "if (!split_mesh) weight.rb *= brighter.xy;\n"
+    "vec2 spectrum = u_bands.x > 0.0 ? spectrum_of(int(a_instance.x), l1.y, h.x) : vec2(0.0), bundle = u_bands.x > 0.0 ? bundle_of(spectrum, ray_at) : vec2(0.0);\n"
+    "vec3 flux = channels(spectrum, bundle, mesh, weight) * gain, light_colour = irradiance * style0.rgb;\n"
+    "#ifndef PATCH_RIM\n"
+    "flux *= summed(spectrum, bundle, mesh) * light_colour;\n"
+    "#endif\n"
     "if (flat_share < 1.0) v_irradiance = (1.0 - flat_share) * flux / max(abs(shrink), spread);\n"
     "v_flux = flat_share * flux * scale * scale;\n"
     "v_most = 8.0 / ((whole_ray ? spread : max(about * about, 1e-20)) * scale * scale);\n"
     "float centre = bounds.z;\n"
-    "vec2 in_at = vec2(ray_at.x - shape.x, side * ray_at.y), local = vec2(centre + scale * (ray.sensor.x - centre), scale * side * ray.sensor.y) + grown * in_at;\n"
+    "vec2 in_at = vec2(ray_at.x - shape.x, side * ray_at.y), local = vec2(centre + scale * (own.sensor_x.x - centre), scale * side * own.sensor_y.x) + grown * in_at;\n"
     "v_entrance = vec2(in_at.x * axis.x - in_at.y * axis.y, in_at.x * axis.y + in_at.y * axis.x);\n"
     "#ifdef PATCH_RIM\n"
-    "vec2 iris = mat2(axis.x, axis.y, -axis.y * side, axis.x * side) * ray.stop;\n"
-    "v_iris01 = vec4(iris, iris);\n"
-    "v_iris2 = vec4(iris, soft(beside.w) / u_lens.x, iris_soft / u_lens.x);\n"
-    "v_rim = vec3(ray.relative);\n"
+    "v_light = vec4(light_colour, split_mesh ? 0.0 : u_bands.x);\n"
+    "v_spectrum = spectrum;\n"
+    "v_bundle = bundle;\n"
+    "float apart = 0.0;\n"
+    "if (split_mesh && own.arrives.y && own.arrives.z) apart = 0.715 * 0.5 * scale * length(vec2(own.sensor_x.z - own.sensor_x.y, own.sensor_y.z - own.sensor_y.y)) / u_lens.x;\n"
+    "vec4 off_x = own.sensor_x.x - own.sensor_x, off_y = own.sensor_y.x - own.sensor_y;\n"
+    "bvec4 matched = bvec4(!split_mesh && whole_ray && abs(shrink) > 1e-20);\n"
+    "matched = both(matched, own.arrives);\n"
+    "vec4 move_x = clamp(mix(vec4(0.0), (off_x * middle.w - off_y * middle.z) / shrink, matched), -0.5 * shape.y, 0.5 * shape.y);\n"
+    "vec4 move_y = clamp(mix(vec4(0.0), (off_y * middle.x - off_x * middle.y) / shrink, matched), -0.5 * shape.z, 0.5 * shape.z);\n"
+    "vec4 slopes_x = vec4(near.stop_x.y - near.stop_x.x, near.stop_y.y - near.stop_y.x, near.relative.y - near.relative.x, 0.0) / (2.0 * h2.x);\n"
+    "vec4 slopes_y = vec4(near.stop_x.w - near.stop_x.z, near.stop_y.w - near.stop_y.z, near.relative.w - near.relative.z, 0.0) / (2.0 * h2.y);\n"
+    "vec4 stop_x = mix(own.stop_x.xxxx, own.stop_x, matched) + slopes_x.x * move_x + slopes_y.x * move_y;\n"
+    "vec4 stop_y = mix(own.stop_y.xxxx, own.stop_y, matched) + slopes_x.y * move_x + slopes_y.y * move_y;\n"
+    "vec4 rims = max(mix(own.relative.xxxx, own.relative, matched) + slopes_x.z * move_x + slopes_y.z * move_y, 0.0);\n"
+    "mat2 to_sensor = mat2(axis.x, axis.y, -axis.y * side, axis.x * side);\n"
+    "v_iris01 = vec4(to_sensor * vec2(stop_x.y, stop_y.y), to_sensor * vec2(stop_x.x, stop_y.x));\n"
+    "v_iris2 = vec4(to_sensor * vec2(stop_x.z, stop_y.z), length(vec2(soft(beside.w) / u_lens.x, apart)), length(vec2(iris_soft / u_lens.x, apart)));\n"
+    "v_rim = rims.yxz;\n"
     "v_bulge = vec4(turn, 4.0 * clamp(0.125 * chord * chord * curved, 0.0, 0.05), vec2(fringe(shrink, whole.x, scale), fringe(shrink, beside.w, scale)) / u_lens.x);\n"
     "#endif\n"
     "vec2 position = vec2(local.x * axis.x - local.y * axis.y, local.x * axis.y + local.y * axis.x);\n"
     "position += u_lens.y * (style1.x * slope + style1.y * vec2(-slope.y, slope.x));\n"
+    ,
     "gl_Position = vec4(-(position - u_half.zw) / u_half.xy, 0.0, 1.0);\n"
     "}\n"
     , NULL};
@@ -9818,26 +11203,26 @@ static void lflare__gl_restore(const lflare_gl *o, const lflare__glstate *s)
 #undef LFLARE__GL_RESTORE
 }
 
-/* What the programs are made of; `cuts` goes before the fragment shader alone. */
+/* What the programs are made of; `shared` and `patches` go before both shaders, `cuts` before the fragment shader alone. */
 typedef struct lflare__gl_source {
-    const char *define, *const *shared, *const *vertex, *const *cuts, *const *fragment, *block, *samplers[LFLARE__GL_UNITS];
+    const char *define, *const *shared, *const *patches, *const *vertex, *const *cuts, *const *fragment, *block, *samplers[LFLARE__GL_UNITS];
 } lflare__gl_source;
 
 static const lflare__gl_source lflare__gl_sources[LFLARE__GL_PROGRAMS] = {
-    {"#define RIM\n", lflare__glsl_frame, lflare__glsl_ghost_vert, lflare__glsl_cuts, lflare__glsl_ghost_frag, "lflare_frame", {"u_lens_table", "u_settings_table", "u_visibility", NULL, NULL}},
-    {"#define RIM\n#define FRINGES\n", lflare__glsl_frame, lflare__glsl_ghost_vert, lflare__glsl_cuts, lflare__glsl_ghost_frag, "lflare_frame", {"u_lens_table", "u_settings_table", "u_visibility", "u_mask", "u_ringing", "u_fringed"}},
-    {"#define INSIDE\n", lflare__glsl_frame, lflare__glsl_ghost_vert, lflare__glsl_cuts, lflare__glsl_ghost_frag, "lflare_frame", {"u_lens_table", "u_settings_table", "u_visibility", NULL, NULL}},
-    {"", NULL, lflare__glsl_screen_vert, NULL, lflare__glsl_strip_frag, "lflare_strip", {"u_depth", "u_before", NULL, NULL, NULL}},
-    {"", NULL, lflare__glsl_screen_vert, NULL, lflare__glsl_add_frag, NULL, {"u_half_picture", NULL, NULL, NULL, NULL}},
-    {"#define PATCH\n", lflare__glsl_frame, lflare__glsl_patch_vert, NULL, lflare__glsl_patch_frag, "lflare_frame", {"u_mesh_table", "u_mesh_heads", "u_visibility", NULL, NULL}},
-    {"#define PATCH_RIM\n#define PATCH_STRIP\n", lflare__glsl_frame, lflare__glsl_patch_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_mesh_table", "u_mesh_heads", "u_visibility", NULL, NULL}},
-    {"#define PATCH_RIM\n#define PATCH_STRIP\n#define FRINGES\n", lflare__glsl_frame, lflare__glsl_patch_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_mesh_table", "u_mesh_heads", "u_visibility", "u_mask", "u_ringing", "u_fringed"}},
-    {"#define PATCH_RIM\n#define FRINGES\n", lflare__glsl_frame, lflare__glsl_patch_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_mesh_table", "u_mesh_heads", "u_visibility", "u_mask", "u_ringing", "u_fringed"}},
-    {"#define PATCH\n", lflare__glsl_frame, lflare__glsl_traced_vert, NULL, lflare__glsl_patch_frag, "lflare_frame", {"u_traced_lens", "u_traced_ghosts", "u_visibility", NULL, NULL}},
-    {"#define PATCH_RIM\n#define PATCH_STRIP\n", lflare__glsl_frame, lflare__glsl_traced_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_traced_lens", "u_traced_ghosts", "u_visibility", NULL, NULL}},
-    {"#define PATCH_RIM\n#define PATCH_STRIP\n#define FRINGES\n", lflare__glsl_frame, lflare__glsl_traced_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_traced_lens", "u_traced_ghosts", "u_visibility", "u_mask", "u_ringing", "u_fringed"}},
-    {"#define PATCH_RIM\n#define FRINGES\n", lflare__glsl_frame, lflare__glsl_traced_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_traced_lens", "u_traced_ghosts", "u_visibility", "u_mask", "u_ringing", "u_fringed"}},
-    {"", lflare__glsl_frame, lflare__glsl_starburst_vert, NULL, lflare__glsl_starburst_frag, "lflare_frame", {"u_angular", "u_radial", "u_visibility", NULL, NULL}}};
+    {"#define RIM\n", lflare__glsl_frame, NULL, lflare__glsl_ghost_vert, lflare__glsl_cuts, lflare__glsl_ghost_frag, "lflare_frame", {"u_lens_table", "u_settings_table", "u_visibility", NULL, NULL}},
+    {"#define RIM\n#define FRINGES\n", lflare__glsl_frame, NULL, lflare__glsl_ghost_vert, lflare__glsl_cuts, lflare__glsl_ghost_frag, "lflare_frame", {"u_lens_table", "u_settings_table", "u_visibility", "u_mask", "u_ringing", "u_fringed"}},
+    {"#define INSIDE\n", lflare__glsl_frame, NULL, lflare__glsl_ghost_vert, lflare__glsl_cuts, lflare__glsl_ghost_frag, "lflare_frame", {"u_lens_table", "u_settings_table", "u_visibility", NULL, NULL}},
+    {"", NULL, NULL, lflare__glsl_screen_vert, NULL, lflare__glsl_strip_frag, "lflare_strip", {"u_depth", "u_before", NULL, NULL, NULL}},
+    {"", NULL, NULL, lflare__glsl_screen_vert, NULL, lflare__glsl_add_frag, NULL, {"u_half_picture", NULL, NULL, NULL, NULL}},
+    {"#define PATCH\n", lflare__glsl_frame, lflare__glsl_patches, lflare__glsl_patch_vert, NULL, lflare__glsl_patch_frag, "lflare_frame", {"u_mesh_table", "u_ghosts", "u_visibility", NULL, NULL}},
+    {"#define PATCH_RIM\n#define PATCH_STRIP\n", lflare__glsl_frame, lflare__glsl_patches, lflare__glsl_patch_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_mesh_table", "u_ghosts", "u_visibility", NULL, NULL}},
+    {"#define PATCH_RIM\n#define PATCH_STRIP\n#define FRINGES\n", lflare__glsl_frame, lflare__glsl_patches, lflare__glsl_patch_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_mesh_table", "u_ghosts", "u_visibility", "u_mask", "u_ringing", "u_fringed"}},
+    {"#define PATCH_RIM\n#define FRINGES\n", lflare__glsl_frame, lflare__glsl_patches, lflare__glsl_patch_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_mesh_table", "u_ghosts", "u_visibility", "u_mask", "u_ringing", "u_fringed"}},
+    {"#define PATCH\n", lflare__glsl_frame, lflare__glsl_patches, lflare__glsl_traced_vert, NULL, lflare__glsl_patch_frag, "lflare_frame", {"u_traced_lens", "u_ghosts", "u_visibility", NULL, NULL}},
+    {"#define PATCH_RIM\n#define PATCH_STRIP\n", lflare__glsl_frame, lflare__glsl_patches, lflare__glsl_traced_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_traced_lens", "u_ghosts", "u_visibility", NULL, NULL}},
+    {"#define PATCH_RIM\n#define PATCH_STRIP\n#define FRINGES\n", lflare__glsl_frame, lflare__glsl_patches, lflare__glsl_traced_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_traced_lens", "u_ghosts", "u_visibility", "u_mask", "u_ringing", "u_fringed"}},
+    {"#define PATCH_RIM\n#define FRINGES\n", lflare__glsl_frame, lflare__glsl_patches, lflare__glsl_traced_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_traced_lens", "u_ghosts", "u_visibility", "u_mask", "u_ringing", "u_fringed"}},
+    {"", lflare__glsl_frame, NULL, lflare__glsl_starburst_vert, NULL, lflare__glsl_starburst_frag, "lflare_frame", {"u_angular", "u_radial", "u_visibility", NULL, NULL}}};
 
 static lflare_result lflare__gl_shader(lflare_gl *o, lflare__glenum kind, const lflare__gl_source *source, const lflare_gl_desc *desc, lflare_error *error,
                                        lflare__gluint *out)
@@ -9845,15 +11230,17 @@ static lflare_result lflare__gl_shader(lflare_gl *o, lflare__glenum kind, const 
     static const char *const preludes[2] = {"#version 330 core\n", "#version 300 es\nprecision highp float;\nprecision highp int;\n"};
     const lflare__glapi *gl = &o->api;
     const char *const *body = kind == 0x8B31 ? source->vertex : source->fragment;
-    const char *pieces[24];
+    const char *pieces[32];
     lflare__glint done = 0;
     int count = 0, i;
     pieces[count++] = preludes[o->es];
     pieces[count++] = source->define;
     for (i = 0; source->shared != NULL && source->shared[i] != NULL; i++) pieces[count++] = source->shared[i];
+    if (kind == 0x8B31) pieces[count++] = "#define PATCH_VERTEX\n";
+    for (i = 0; source->patches != NULL && source->patches[i] != NULL; i++) pieces[count++] = source->patches[i];
     for (i = 0; kind == 0x8B30 && source->cuts != NULL && source->cuts[i] != NULL; i++) pieces[count++] = source->cuts[i];
     for (i = 0; body[i] != NULL; i++) pieces[count++] = body[i];
-    LFLARE_ASSERT(count <= 24);
+    LFLARE_ASSERT(count <= 32);
     *out = gl->CreateShader(kind);
     gl->ShaderSource(*out, count, pieces, NULL);
     gl->CompileShader(*out);
@@ -10094,31 +11481,6 @@ static lflare_result lflare__gl_upload_rows(lflare_gl *o, lflare__gluint texture
     return LFLARE_OK;
 }
 
-/* The meshes as they stand in the tables, whose rows of LFLARE__MESH_ROW texels are whole; their heads with the ghosts' style. */
-static lflare_result lflare__gl_upload_meshes(lflare_gl *o, const lflare_tables *t)
-{
-    lflare_result result;
-    if (!(o->uploaded & 4) || o->mesh_hash != t->mesh_hash) {
-        size_t lines = (t->mesh_texels + LFLARE__MESH_ROW - 1) / LFLARE__MESH_ROW;
-        if (lines > (size_t)o->max_size) return LFLARE_ERROR_LIMIT;
-        lflare__gl_unpack(o);
-        lflare__gl_texture(&o->api, o->textures[LFLARE__GL_MESH], &lflare__gl_rgba32f, LFLARE__MESH_ROW, (int32_t)lines, t->mesh);
-        o->mesh_hash = t->mesh_hash;
-        o->uploaded |= 4;
-    }
-    if (!(o->uploaded & 8) || o->heads_hash != t->settings_hash + t->mesh_hash) {
-        o->uploaded &= ~8;
-        lflare__gl_unpack(o);
-        result = lflare__gl_upload_rows(o, o->textures[LFLARE__GL_MESH_HEADS], t->ghost_count, (LFLARE_MESH_HEAD_FLOATS + LFLARE_STYLE_FLOATS) / 4, t->mesh_head,
-                                        LFLARE_MESH_HEAD_FLOATS, t->style, LFLARE_STYLE_FLOATS);
-        if (result != LFLARE_OK) return result;
-        o->heads_hash = t->settings_hash + t->mesh_hash;
-        o->uploaded |= 8;
-    }
-    return LFLARE_OK;
-}
-
-#ifndef LFLARE_NO_TRACE
 /* Rows of floats in a texture, made in a block of whole lines that `fill` writes. */
 static lflare_result lflare__gl_upload_block(lflare_gl *o, lflare__gluint texture, size_t texels, const lflare_tables *t, void (*fill)(const lflare_tables *t, float *out))
 {
@@ -10135,47 +11497,92 @@ static lflare_result lflare__gl_upload_block(lflare_gl *o, lflare__gluint textur
     return LFLARE_OK;
 }
 
-enum { LFLARE__TRACED_SURFACE = LFLARE_SURFACE_FLOATS + 4 + 4 * LFLARE_FILM_SAMPLES, LFLARE__TRACED_GHOST = 4 + LFLARE_STYLE_FLOATS + LFLARE_OUTLINE_FLOATS };
+static size_t lflare__gl_head_texels(const lflare_tables *t) { return (size_t)t->ghost_count * ((LFLARE_MESH_HEAD_FLOATS + LFLARE_STYLE_FLOATS) / 4); }
+static size_t lflare__gl_spectrum_texels(const lflare_tables *t) { return t->wavelength_count > 0 ? (size_t)t->ghost_count * LFLARE_OUTLINE_KNOTS * LFLARE_SPECTRUM_ROWS : 0; }
+
+/* The meshes' heads with the ghosts' style; colours. */
+static void lflare__gl_fill_heads(const lflare_tables *t, float *out)
+{
+    int32_t g;
+    for (g = 0; g < t->ghost_count; g++, out += LFLARE_MESH_HEAD_FLOATS + LFLARE_STYLE_FLOATS) {
+        memcpy(out, t->mesh_head + (size_t)g * LFLARE_MESH_HEAD_FLOATS, sizeof(float) * LFLARE_MESH_HEAD_FLOATS);
+        memcpy(out + LFLARE_MESH_HEAD_FLOATS, t->style + (size_t)g * LFLARE_STYLE_FLOATS, sizeof(float) * LFLARE_STYLE_FLOATS);
+    }
+    if (t->wavelength_count > 0) memcpy(out, t->spectrum, sizeof(float) * 4 * lflare__gl_spectrum_texels(t));
+}
+
+/* The meshes as they stand in the tables, whose rows of LFLARE__MESH_ROW texels are whole; their heads. */
+static lflare_result lflare__gl_upload_meshes(lflare_gl *o, const lflare_tables *t)
+{
+    lflare_result result;
+    if (!(o->uploaded & 4) || o->mesh_hash != t->mesh_hash) {
+        size_t lines = (t->mesh_texels + LFLARE__MESH_ROW - 1) / LFLARE__MESH_ROW;
+        if (lines > (size_t)o->max_size) return LFLARE_ERROR_LIMIT;
+        lflare__gl_unpack(o);
+        lflare__gl_texture(&o->api, o->textures[LFLARE__GL_MESH], &lflare__gl_rgba32f, LFLARE__MESH_ROW, (int32_t)lines, t->mesh);
+        o->mesh_hash = t->mesh_hash;
+        o->uploaded |= 4;
+    }
+    if (!(o->uploaded & 8) || o->heads_hash != t->settings_hash + t->mesh_hash) {
+        o->uploaded &= ~8;
+        result = lflare__gl_upload_block(o, o->textures[LFLARE__GL_MESH_HEADS], lflare__gl_head_texels(t) + lflare__gl_spectrum_texels(t), t, lflare__gl_fill_heads);
+        if (result != LFLARE_OK) return result;
+        o->heads_hash = t->settings_hash + t->mesh_hash;
+        o->uploaded |= 8;
+    }
+    return LFLARE_OK;
+}
+
+#ifndef LFLARE_NO_TRACE
+enum { LFLARE__TRACED_SURFACE = LFLARE_SURFACE_FLOATS + 4 * LFLARE_FILM_SAMPLES, LFLARE__TRACED_GHOST = 4 + LFLARE_STYLE_FLOATS + LFLARE_OUTLINE_FLOATS };
 
 static void lflare__gl_fill_lens(const lflare_tables *t, float *out)
 {
     int32_t i;
-    out[0] = (float)t->surface_count;
-    out[1] = (float)t->stop;
-    out[2] = t->sensor_z;
-    for (i = 0, out += 4; i < t->surface_count; i++, out += LFLARE__TRACED_SURFACE) {
+    for (i = 0; i < t->surface_count; i++, out += LFLARE__TRACED_SURFACE) {
         memcpy(out, t->surface + i * LFLARE_SURFACE_FLOATS, sizeof(float) * LFLARE_SURFACE_FLOATS);
-        memcpy(out + LFLARE_SURFACE_FLOATS, t->index + 4 * i, sizeof(float) * 4);
-        memcpy(out + LFLARE_SURFACE_FLOATS + 4, t->film + (size_t)i * LFLARE_FILM_SAMPLES * 4, sizeof(float) * 4 * LFLARE_FILM_SAMPLES);
+        memcpy(out + LFLARE_SURFACE_FLOATS, t->film + (size_t)i * LFLARE_FILM_SAMPLES * 4, sizeof(float) * 4 * LFLARE_FILM_SAMPLES);
     }
 }
 
+/* A ghost's steps, its style, its outlines; then the steps of all; colours. */
 static void lflare__gl_fill_ghosts(const lflare_tables *t, float *out)
 {
-    int32_t g;
+    lflare__tracer tracer;
+    int32_t g, steps = 0;
     for (g = 0; g < t->ghost_count; g++, out += LFLARE__TRACED_GHOST) {
-        out[0] = (float)t->pairs[g].first;
-        out[1] = (float)t->pairs[g].second;
+        lflare__tracer_make(t, g, &tracer);
+        out[0] = (float)(t->ghost_count * (LFLARE__TRACED_GHOST / 4) + steps * (LFLARE_STEP_FLOATS / 4));
+        out[1] = (float)tracer.count;
+        out[2] = tracer.sensor;
+        steps += tracer.count;
         memcpy(out + 4, t->style + (size_t)g * LFLARE_STYLE_FLOATS, sizeof(float) * LFLARE_STYLE_FLOATS);
         memcpy(out + 4 + LFLARE_STYLE_FLOATS, t->outline + (size_t)g * LFLARE_OUTLINE_FLOATS, sizeof(float) * LFLARE_OUTLINE_FLOATS);
     }
+    memcpy(out, t->steps, sizeof(float) * LFLARE_STEP_FLOATS * (size_t)steps);
+    if (t->wavelength_count > 0) memcpy(out + (size_t)steps * LFLARE_STEP_FLOATS, t->spectrum, sizeof(float) * 4 * lflare__gl_spectrum_texels(t));
 }
 
-/* What the shader traces with; the ghosts' outlines with their style. */
+static size_t lflare__gl_ghost_texels(const lflare_tables *t)
+{
+    return (size_t)t->ghost_count * (LFLARE__TRACED_GHOST / 4) + (size_t)lflare__steps_of(t) * (LFLARE_STEP_FLOATS / 4);
+}
+
+/* What the shader traces with; the ghosts' outlines with their style and steps. */
 static lflare_result lflare__gl_upload_traced(lflare_gl *o, const lflare_tables *t)
 {
     uint64_t hash = t->settings_hash ^ t->mesh_hash;
     lflare_result result;
     if (!(o->uploaded & 32) || o->traced_lens_hash != t->lens_hash) {
         o->uploaded &= ~32;
-        result = lflare__gl_upload_block(o, o->textures[LFLARE__GL_TRACED_LENS], 1 + (size_t)t->surface_count * LFLARE__TRACED_SURFACE / 4, t, lflare__gl_fill_lens);
+        result = lflare__gl_upload_block(o, o->textures[LFLARE__GL_TRACED_LENS], (size_t)t->surface_count * LFLARE__TRACED_SURFACE / 4, t, lflare__gl_fill_lens);
         if (result != LFLARE_OK) return result;
         o->traced_lens_hash = t->lens_hash;
         o->uploaded |= 32;
     }
     if (!(o->uploaded & 64) || o->traced_hash != hash) {
         o->uploaded &= ~64;
-        result = lflare__gl_upload_block(o, o->textures[LFLARE__GL_TRACED_GHOSTS], (size_t)t->ghost_count * LFLARE__TRACED_GHOST / 4, t, lflare__gl_fill_ghosts);
+        result = lflare__gl_upload_block(o, o->textures[LFLARE__GL_TRACED_GHOSTS], lflare__gl_ghost_texels(t) + lflare__gl_spectrum_texels(t), t, lflare__gl_fill_ghosts);
         if (result != LFLARE_OK) return result;
         o->traced_hash = hash;
         o->uploaded |= 64;
@@ -10255,11 +11662,20 @@ static lflare_result lflare__gl_upload(lflare_gl *o, const lflare_tables *t)
     return LFLARE_OK;
 }
 
+/* Where in the ghosts' texture colours are. */
+static size_t lflare__gl_spectrum_at(const lflare_tables *t)
+{
+#ifndef LFLARE_NO_TRACE
+    if (t->model == LFLARE_MODEL_TRACED) return lflare__gl_ghost_texels(t);
+#endif
+    return lflare__gl_head_texels(t);
+}
+
 /* The uniform block of a frame; returns its bytes in use. */
 static size_t lflare__gl_fill_frame(lflare_gl *o, const lflare_tables *t, const lflare_frame_data *f)
 {
     lflare__gl_frame *u = &o->block.frame;
-    int32_t k;
+    int32_t k, i;
     memset(u, 0, offsetof(lflare__gl_frame, lights));
     u->half[0] = f->half_width;
     u->half[1] = f->half_height;
@@ -10284,6 +11700,12 @@ static size_t lflare__gl_fill_frame(lflare_gl *o, const lflare_tables *t, const 
     u->burst[2][3] = t->fringes ? LFLARE__RING_LEAST * t->mean_irradiance : -1;
     u->burst[1][3] = t->streak_half[1];
     memcpy(u->blades, t->iris.blades, sizeof u->blades);
+    for (i = 0; i < LFLARE_MAX_WAVELENGTHS + 1 && t->wavelength_count > 0; i++) {
+        memcpy(u->spectral[i], t->spectral[i], sizeof u->spectral[i]);
+        u->spectral[i][3] *= 1e-6f;
+    }
+    u->bands[0] = (float)t->wavelength_count;
+    u->bands[1] = (float)lflare__gl_spectrum_at(t);
     memcpy(u->lights, f->lights, sizeof(lflare_frame_light) * (size_t)f->light_count);
     for (k = 0; k < f->light_count; k++) { /* an integer's bits may not survive as a float */
         float source = (float)f->lights[k].source;
@@ -10582,7 +12004,8 @@ struct lflare {
     lflare_realloc allocate;
     void *user;
     void *lens_memory, *settings_memory[2], *frame_memory;
-    float *outlines[2];        /* of the traced model, once it is asked for */
+    float *demand[2];          /* what some settings need besides, once they are asked for */
+    size_t demand_floats[2];
     lflare_tables_size size;
     size_t frame_bytes;
     lflare_tables tables[2];   /* sharing the lens part; `current` is shown, the other built */
@@ -10620,7 +12043,7 @@ LFLARE_API int32_t lflare_version(void) { return LFLARE_VERSION; }
 
 LFLARE_API void lflare_destroy(lflare *o)
 {
-#if !defined(LFLARE_NO_TRACE) || !defined(LFLARE_NO_DIFFRACTION)
+#if defined(LFLARE__PATCHES) || !defined(LFLARE_NO_DIFFRACTION)
     int32_t i;
 #endif
     if (o == NULL) return;
@@ -10628,8 +12051,8 @@ LFLARE_API void lflare_destroy(lflare *o)
     lflare__release(o, o->settings_memory[0], o->size.settings);
     lflare__release(o, o->settings_memory[1], o->size.settings);
     lflare__release(o, o->frame_memory, o->frame_bytes);
-#ifndef LFLARE_NO_TRACE
-    for (i = 0; i < 2; i++) lflare__release(o, o->outlines[i], sizeof(float) * LFLARE_OUTLINE_FLOATS * (size_t)o->lens.ghost_count);
+#ifdef LFLARE__PATCHES
+    for (i = 0; i < 2; i++) lflare__release(o, o->demand[i], sizeof(float) * o->demand_floats[i]);
 #endif
     lflare__release(o, o->overrides, o->override_bytes);
     lflare__release(o, o->footprints, sizeof(lflare_footprint) * (size_t)o->footprint_capacity);
@@ -10708,6 +12131,7 @@ LFLARE_API lflare_result lflare_create(const lflare_desc *desc, lflare **out, lf
         result = lflare_text_read(desc->text, desc->text_size, &read, error);
         if (result == LFLARE_OK) result = lflare_lens_derive(&read, &o->lens, error);
     }
+    if (result == LFLARE_OK) result = lflare_lens_paths(&o->lens, &desc->paths, error);
     if (result == LFLARE_OK && desc->fit != NULL) {
 #ifndef LFLARE_NO_ABERRATION
         result = lflare_aberration_check(&o->lens, desc->fit, desc->fit_size, error);
@@ -10863,12 +12287,12 @@ static lflare_result lflare__configure_iris(const lflare *o, const lflare_settin
     return lflare__masked(&s->mask) ? lflare__fail(error, LFLARE_ERROR_ARGUMENT, 0, 0, "this build has LFLARE_NO_DIFFRACTION: it takes no mask") : LFLARE_OK;
 }
 
-#ifndef LFLARE_NO_TRACE
+#ifdef LFLARE__PATCHES
 static void lflare__release_iris(lflare *o) { (void)o; }
 #endif
 #endif /* LFLARE_NO_DIFFRACTION */
 
-#if !defined(LFLARE_NO_TRACE) || !defined(LFLARE_NO_DIFFRACTION)
+#if defined(LFLARE__PATCHES) || !defined(LFLARE_NO_DIFFRACTION)
 /* The step that fails ends it: the shown tables stay. */
 static lflare_result lflare__configure_failed(lflare *o, lflare_result result)
 {
@@ -10878,22 +12302,31 @@ static lflare_result lflare__configure_failed(lflare *o, lflare_result result)
     lflare__release(o, o->overrides, o->override_bytes);
     o->overrides = NULL;
     o->override_bytes = 0;
-    lflare__release(o, o->outlines[!o->current], sizeof(float) * LFLARE_OUTLINE_FLOATS * (size_t)o->lens.ghost_count);
-    o->outlines[!o->current] = o->tables[!o->current].outline = NULL;
+    lflare__release(o, o->demand[!o->current], sizeof(float) * o->demand_floats[!o->current]);
+    o->demand[!o->current] = o->tables[!o->current].outline = o->tables[!o->current].spectrum = NULL;
+    o->demand_floats[!o->current] = 0;
     return result;
 }
 
 #endif
 
-#ifndef LFLARE_NO_TRACE
-/* Room for the outlines of traced ghosts. */
-static lflare_result lflare__configure_outlines(lflare *o, const lflare_settings *s, lflare_error *error)
+#ifdef LFLARE__PATCHES
+/* Room for what some settings need besides. */
+static lflare_result lflare__configure_demand(lflare *o, const lflare_settings *s, lflare_error *error)
 {
-    float **outline = &o->outlines[!o->current];
-    if (s->model != LFLARE_MODEL_TRACED) return LFLARE_OK;
-    if (*outline == NULL) *outline = (float *)lflare__allocate(o, sizeof(float) * LFLARE_OUTLINE_FLOATS * (size_t)o->lens.ghost_count);
-    o->tables[!o->current].outline = *outline;
-    return *outline != NULL ? LFLARE_OK : lflare__fail(error, LFLARE_ERROR_MEMORY, 0, 0, "out of memory");
+    lflare_tables *t = &o->tables[!o->current];
+    float *memory = o->demand[!o->current];
+    size_t floats = lflare_tables_demand(t, s, NULL);
+    if (floats > (size_t)1 << 26) return lflare__fail(error, LFLARE_ERROR_LIMIT, 0, 0, "too many ghosts for these settings: %g floats", (double)floats);
+    if (floats > o->demand_floats[!o->current]) {
+        memory = (float *)lflare__allocate(o, sizeof(float) * floats);
+        if (memory == NULL) return lflare__fail(error, LFLARE_ERROR_MEMORY, 0, 0, "out of memory");
+        lflare__release(o, o->demand[!o->current], sizeof(float) * o->demand_floats[!o->current]);
+        o->demand[!o->current] = memory;
+        o->demand_floats[!o->current] = floats;
+    }
+    if (memory != NULL) lflare_tables_demand(t, s, memory);
+    return LFLARE_OK;
 }
 
 /* Room for the instances that the tables may ask of a frame. */
@@ -10918,7 +12351,7 @@ static lflare_result lflare__configure_frame(lflare *o)
     return LFLARE_OK;
 }
 
-#endif /* LFLARE_NO_TRACE */
+#endif /* LFLARE__PATCHES */
 
 LFLARE_API lflare_result lflare_configure_begin(lflare *o, const lflare_settings *settings, lflare_error *error)
 {
@@ -10933,8 +12366,8 @@ LFLARE_API lflare_result lflare_configure_begin(lflare *o, const lflare_settings
         memcpy(copy, settings->overrides, bytes);
     }
     result = lflare__configure_iris(o, settings, error);
-#ifndef LFLARE_NO_TRACE
-    if (result == LFLARE_OK) result = lflare__configure_outlines(o, settings, error);
+#ifdef LFLARE__PATCHES
+    if (result == LFLARE_OK) result = lflare__configure_demand(o, settings, error);
 #endif
     if (result == LFLARE_OK) result = lflare_tables_configure_begin(&o->lens, &o->tables[!o->current], settings, error);
     if (result != LFLARE_OK) { /* what is being built stays as it is */
@@ -10957,7 +12390,7 @@ LFLARE_API lflare_result lflare_configure_begin(lflare *o, const lflare_settings
 
 LFLARE_API lflare_result lflare_configure_step(lflare *o, int32_t ghosts)
 {
-#if !defined(LFLARE_NO_TRACE) || !defined(LFLARE_NO_DIFFRACTION)
+#if defined(LFLARE__PATCHES) || !defined(LFLARE_NO_DIFFRACTION)
     lflare_result result;
 #endif
     int32_t end;
@@ -10978,7 +12411,7 @@ LFLARE_API lflare_result lflare_configure_step(lflare *o, int32_t ghosts)
     if (result != LFLARE_OK) return lflare__configure_failed(o, result);
 #endif
     lflare_tables_configure_end(&o->tables[!o->current], &o->settings);
-#ifndef LFLARE_NO_TRACE
+#ifdef LFLARE__PATCHES
     result = lflare__configure_frame(o);
     if (result != LFLARE_OK) return lflare__configure_failed(o, result);
 #endif
@@ -10994,7 +12427,7 @@ LFLARE_API lflare_result lflare_configure(lflare *o, const lflare_settings *sett
     if (result == LFLARE_OK) result = lflare_configure_step(o, INT32_MAX);
     else return result;
     if (result == LFLARE_ERROR_MEMORY) return lflare__fail(error, result, 0, 0, "out of memory");
-#ifndef LFLARE_NO_TRACE
+#ifdef LFLARE__PATCHES
     if (result == LFLARE_ERROR_LIMIT) return lflare__fail(error, result, 0, 0, "max_lights times the ghosts' patches is over 2^31");
 #endif
 #ifndef LFLARE_NO_DIFFRACTION

@@ -136,6 +136,13 @@ static void diagram_glasses(const diagram *g)
 
 /* ---- rays ---- */
 
+static int diagram_stops_pass(const lflare_ray *ray, double semi)
+{
+    int i, pass = 1;
+    for (i = 0; i < ray->stop_count; i++) pass &= fabs(ray->stops[i][1]) <= semi;
+    return pass;
+}
+
 static int diagram_passes(const lflare_path *path, double height, double slope)
 {
     const lflare_lens *lens = path->lens;
@@ -145,7 +152,7 @@ static int diagram_passes(const lflare_path *path, double height, double slope)
     at[1] = height;
     u[1] = slope;
     return lflare_path_trace(path, at, u, &ray, NULL) == LFLARE_RAY_ARRIVES && ray.relative <= 1 &&
-           fabs(ray.stop[1]) <= lens->prescription.surfaces[lens->stop].semi_diameter;
+           diagram_stops_pass(&ray, lens->prescription.surfaces[lens->stop].semi_diameter);
 }
 
 /* Between a height that passes and one that does not. */
@@ -299,7 +306,9 @@ static void diagram_bounds(const diagram *g, const diagram_spans *s)
     int i;
     for (i = 0; i < g->d->lens->surface_count; i++)
         if (i != g->d->lens->stop) z = fmin(z, diagram_edge(g, i) + 0.15 * g->left);
-    fprintf(g->file, "<text class=\"bounds\" x=\"960\" y=\"54\">ghost %d,%d ", (int)g->d->ghost->first + 1, (int)g->d->ghost->second + 1);
+    fprintf(g->file, "<text class=\"bounds\" x=\"960\" y=\"54\">ghost %d,%d", (int)g->d->ghost->first + 1, (int)g->d->ghost->second + 1);
+    if (g->d->ghost->third > 0) fprintf(g->file, ",%d,%d", (int)g->d->ghost->third + 1, (int)g->d->ghost->fourth + 1);
+    fputc(' ', g->file);
     if (s->count == 0) fputs("does not pass", g->file);
     else fputs("enters at", g->file);
     for (i = 0; i < s->count; i++) fprintf(g->file, "%s %.2f to %.2f", i > 0 ? "," : "", s->lo[i] + 0.0, s->hi[i] + 0.0);
@@ -326,6 +335,10 @@ static void diagram_write(FILE *file, const diagram_desc *d)
         diagram_spans spans = diagram_bundle(&g, d->ghost, "ghost");
         diagram_mirror(&g, (int)d->ghost->first, 1);
         diagram_mirror(&g, (int)d->ghost->second, 0);
+        if (d->ghost->third > 0) {
+            diagram_mirror(&g, (int)d->ghost->third, 1);
+            diagram_mirror(&g, (int)d->ghost->fourth, 0);
+        }
         diagram_bounds(&g, &spans);
     }
     for (side = -1; side <= 1; side += 2)

@@ -31,17 +31,20 @@
 static const char help[] =
     "flare " "0.1.0" ": lens flares from the prescriptions of real lenses\n"
     "\n"
-    "  flare info    LENS [--json]\n"
+    "  flare info    LENS [--json] [paths]\n"
     "      name, patent, surfaces, stop, focal length, back focal distance, f-number, ghosts, sensor, and what was derived\n"
-    "  flare ghosts  LENS [--angle AX,AY] [--fnumber N] [--csv]\n"
-    "      every ghost: surface pair, matrix elements, images of iris and pupil on the sensor (mm), what clips it, its colour\n"
-    "  flare trace   LENS --ray X,Y [--ghost I,J] [--angle AX,AY] [--lambda NM] [--json]\n"
+    "  flare ghosts  LENS [--angle AX,AY] [--fnumber N] [--csv] [paths]\n"
+    "      every ghost: surface pair, matrix elements, images of iris and pupil on the sensor (mm), what clips it, its colour; with\n"
+    "      --four its third and fourth surface last, or 0\n"
+    "  paths: [--across-stop] [--four]\n"
+    "      ghosts across the stop; the 64 strongest of four reflections\n"
+    "  flare trace   LENS --ray X,Y [--ghost I,J | I,J,K,L] [--angle AX,AY] [--lambda NM] [--json] [--across-stop]\n"
     "      one exact ray through X,Y (mm) on the plane of the first vertex, along the image's path or that of the ghost I,J, as\n"
     "      'flare ghosts' lists it: every hit, its share of power, the sensor's point, the ray's fate (default: 587.5618 nm)\n"
     "  flare render  LENS -o OUT.png|OUT.pfm [--size WxH] [--angle AX,AY] [--fov DEG] [--fnumber N] [--blades N]\n"
     "                [--rotation DEG] [--curvature 0..1] [--radius MRAD] [--backend software|gl] [--ghosts-only]\n"
     "                [--exposure EV] [--model paraxial|polynomial|traced|reference] [--fit FILE] [--wavelengths N] [--cells N]\n"
-    "                [iris options] [--ringing on|off] [--streak SHARE] [--squeeze S]\n"
+    "                [iris options] [paths] [--ringing on|off] [--streak SHARE] [--squeeze S]\n"
     "      the flare of one light: ghosts with diffraction's fringes at their edges, starburst, and a horizontal streak if asked\n"
     "      for; --ghosts-only: ghosts with plain edges, as rays have them, unless --ringing on. PNG is tone-mapped; PFM holds linear multiples of the light's irradiance. --backend gl\n"
     "      needs no window: EGL draws, or else OSMesa (the environment's GL_HOST=egl or osmesa picks one)\n"
@@ -49,27 +52,24 @@ static const char help[] =
     "      beside NAME.lens), or from one made on the spot; where there is a fit it is the default, elsewhere paraxial, the quick\n"
     "      model of undistorted ghosts\n"
     "      --model traced: exact rays at every vertex of a mesh, in each frame; no fit needed\n"
+    "      --wavelengths: 3 (650, 510, 475 nm) to 32 (400 to 700 nm, CIE 1931) of polynomial and traced ghosts, to 256 of the reference\n"
     "      --model reference: meshes of exact rays from a point of light, slow; N cells along a side of each ghost's entrance, or\n"
-    "      finer and finer until two pictures agree to 52 dB; wavelengths 3 (650, 510, 475 nm) to 256 (400 to 700 nm, CIE 1931)\n"
+    "      finer and finer until two pictures agree to 52 dB\n"
     "  flare starburst LENS -o OUT.png|OUT.pfm [--size N] [--width MM] [--fnumber N] [--blades N] [--rotation DEG]\n"
     "                [--curvature 0..1] [--radius MRAD] [--exposure EV] [iris options]\n"
     "      what diffraction at the iris makes of a light, N x N pixels (default: 512) of MM on the sensor (default: 200 times the\n"
     "      f-number times 550 nm). PFM holds the share of the light's flux that falls on a square millimetre\n"
     "  iris options: [--softness 0..0.5] [--mask FILE.png|FILE.pfm] [--dust N] [--scratches N] [--grating LINES] [--seed N]\n"
     "      edges that fade over so much of the radius; a grey image of what passes; specks, scratches, lines across the iris\n"
-    "  flare fit     LENS -o FILE\n"
+    "  flare fit     LENS -o FILE [paths]\n"
     "      polynomials fitted to exact rays of every ghost, for 'flare render --fit' and for lflare_desc.fit: once per lens\n"
-    "  flare diagram LENS -o OUT.svg [--ghost I,J] [--rays N] [--angle AX,AY]\n"
-    "      the lens in cross-section, with N (default: 5) exact rays of the image and of the ghost I,J, its two mirrors and the\n"
+    "  flare diagram LENS -o OUT.svg [--ghost I,J | I,J,K,L] [--rays N] [--angle AX,AY] [--across-stop]\n"
+    "      the lens in cross-section, with N (default: 5) exact rays of the image and of the ghost I,J, its mirrors and the\n"
     "      entrance heights that it takes; drawn in the plane of the axis and the light\n"
     "  flare compare A B [--json]\n"
     "      PSNR, SSIM and largest error of picture B against picture A (PFM, or PNG where built with libpng)\n"
     "  flare coating N1 N2 [--lambda0 NM | --layers n:nm,...] [--angle DEG] [--csv]\n"
-    "      reflectance of a surface from 380 to 780 nm\n"
-    "\n"
-    "AX,AY: the light's angle right and up of the axis, degrees. Without --fov the frame is as wide as the lens's sensor;\n"
-    "with it (degrees, vertical) the frame is that camera's. --radius: the lamp's angular radius (the sun: 4.65).\n"
-    "Exit status: 0 done, 2 wrong use, unreadable input or failed output, 130 interrupted.\n";
+    "      reflectance of a surface from 380 to 780 nm\n";
 
 /* ---- complaints ---- */
 
@@ -182,6 +182,9 @@ static int finish(void)
 
 /* ---- command line ---- */
 
+#define PATH_OPTIONS "--across-stop --four "
+enum { FOUR = 64 }; /* ghosts that --four keeps */
+
 typedef struct options {
     const char *operands[2];
     int operand_count;
@@ -189,7 +192,9 @@ typedef struct options {
     int focus;
     lflare_model model; /* AUTO where `reference` is set, too */
     int json, csv, ghosts_only, gl, reference, wavelengths, cells, has_radius, rays, dust, scratches, grating, seed, ringing;
-    int width, height, blades, ghost[2], has_ray;
+    int width, height, blades, has_ray;
+    lflare_pair ghost;  /* surfaces from 1, 0 for none */
+    lflare_paths paths;
     double ray[2], lambda;
     double ax, ay, fov, fnumber, rotation, curvature, radius, exposure, lambda0, angle, softness, streak, squeeze, sensor_width;
 } options;
@@ -214,14 +219,47 @@ static void two_numbers(const char *option, const char *text, char separator, do
     *b = number(option, at + 1, lo, hi);
 }
 
-/* A surface pair as `flare ghosts` prints it, from 1. */
-static void surface_pair(const char *option, const char *text, int *pair)
+/* Two or four surfaces as `flare ghosts` prints them, from 1. */
+static lflare_pair ghost_surfaces(const char *option, const char *text)
 {
-    double first, second;
-    two_numbers(option, text, ',', 1, LFLARE_MAX_SURFACES, &first, &second);
-    if (first != floor(first) || second != floor(second)) complain("%s: two surface numbers were expected, not '%s'", option, text);
-    pair[0] = (int)first;
-    pair[1] = (int)second;
+    double v[4] = {0, 0, 0, 0};
+    const char *rest = strchr(text, ',');
+    lflare_pair pair;
+    char first[64];
+    int i;
+    rest = rest != NULL ? strchr(rest + 1, ',') : NULL;
+    if (rest != NULL && (size_t)(rest - text) < sizeof first) {
+        memcpy(first, text, (size_t)(rest - text));
+        first[rest - text] = 0;
+        two_numbers(option, first, ',', 1, LFLARE_MAX_SURFACES, &v[0], &v[1]);
+        two_numbers(option, rest + 1, ',', 1, LFLARE_MAX_SURFACES, &v[2], &v[3]);
+    } else {
+        two_numbers(option, text, ',', 1, LFLARE_MAX_SURFACES, &v[0], &v[1]);
+    }
+    for (i = 0; i < 4; i++)
+        if (v[i] != floor(v[i])) complain("%s: two surface numbers were expected, or four, not '%s'", option, text);
+    pair.first = (int32_t)v[0];
+    pair.second = (int32_t)v[1];
+    pair.third = (int32_t)v[2];
+    pair.fourth = (int32_t)v[3];
+    return pair;
+}
+
+/* The same from 0, as the library counts. */
+static lflare_pair counted_from_0(lflare_pair p)
+{
+    p.first--;
+    p.second--;
+    if (p.third > 0) p.third--, p.fourth--;
+    return p;
+}
+
+/* A ghost's surfaces as they are given and printed, "4,2". */
+static const char *ghost_name(lflare_pair p, char *out)
+{
+    int n = sprintf(out, "%d,%d", (int)p.first, (int)p.second);
+    if (p.third > 0) sprintf(out + n, ",%d,%d", (int)p.third, (int)p.fourth);
+    return out;
 }
 
 static int whole_number(const char *option, const char *text, int lo, int hi)
@@ -277,6 +315,8 @@ static options parse(int argc, char **argv, const char *allowed, int operands)
         if (strcmp(name, "--json") == 0) { o.json = 1; continue; }
         if (strcmp(name, "--csv") == 0) { o.csv = 1; continue; }
         if (strcmp(name, "--ghosts-only") == 0) { o.ghosts_only = 1; continue; }
+        if (strcmp(name, "--across-stop") == 0) { o.paths.across_stop = 1; continue; }
+        if (strcmp(name, "--four") == 0) { o.paths.four = FOUR; continue; }
         if (strcmp(name, "--focus") == 0) { o.focus = 1; continue; }
         if (++i == argc) complain("%s: a value is missing", name);
         value = argv[i];
@@ -306,7 +346,7 @@ static options parse(int argc, char **argv, const char *allowed, int operands)
         else if (strcmp(name, "--cells") == 0) o.cells = whole_number(name, value, 4, 4096);
         else if (strcmp(name, "--exposure") == 0) o.exposure = number(name, value, -60, 60);
         else if (strcmp(name, "--lambda") == 0) o.lambda = number(name, value, 100, 20000);
-        else if (strcmp(name, "--ghost") == 0) surface_pair(name, value, o.ghost);
+        else if (strcmp(name, "--ghost") == 0) o.ghost = ghost_surfaces(name, value);
         else if (strcmp(name, "--ray") == 0) o.has_ray = 1, two_numbers(name, value, ',', -1e6, 1e6, &o.ray[0], &o.ray[1]);
         else if (strcmp(name, "--lambda0") == 0) o.lambda0 = number(name, value, 100, 20000);
         else if (strcmp(name, "--blades") == 0) {
@@ -357,15 +397,31 @@ static void print_number(double v)
     else printf("%.*s", n, text);
 }
 
+/* Ghosts, of any number of reflections, that have the stop between these. */
+static int ghosts_across(const lflare_lens *lens)
+{
+    int32_t count = lens->ghost_count, g;
+    lflare_pair *pairs = (lflare_pair *)allocate((size_t)count, sizeof *pairs);
+    int across = 0;
+    lflare_ghost_list(lens, pairs, &count);
+    for (g = 0; g < count; g++) {
+        const lflare_pair *p = &pairs[g];
+        int four = p->third > 0, behind = p->first > lens->stop || (four && p->third > lens->stop);
+        across += behind && (p->second < lens->stop || (four && p->fourth < lens->stop));
+    }
+    free(pairs);
+    return across;
+}
+
 static int command_info(int argc, char **argv)
 {
     static lflare_lens lens;
-    options o = parse(argc, argv, " --json ", 1);
+    options o = parse(argc, argv, " --json " PATH_OPTIONS, 1);
     const lflare_prescription *p = &lens.prescription;
     char note[200];
     const char *sentence;
     int i;
-    read_lens(o.operands[0], &lens);
+    read_lens(o.operands[0], &o.paths, &lens);
     if (o.json) {
         printf("{\"name\": ");
         print_json_string(p->name);
@@ -381,7 +437,10 @@ static int command_info(int argc, char **argv)
         print_number(lens.sensor_width);
         printf(", ");
         print_number(lens.sensor_height);
-        printf("], \"notes\": [");
+        printf("], ");
+        if (o.paths.across_stop) printf("\"ghosts_across_stop\": %d, ", ghosts_across(&lens));
+        if (o.paths.four > 0) printf("\"ghosts_of_four\": %d, ", (int)lens.four_count);
+        printf("\"notes\": [");
         for (i = 0; (sentence = lens_note(&lens, i, note, sizeof note)) != NULL; i++) {
             printf(i > 0 ? ", " : "");
             print_json_string(sentence);
@@ -392,9 +451,11 @@ static int command_info(int argc, char **argv)
     printf("name      %s\npatent    %s\n", p->name[0] ? p->name : "-", p->patent[0] ? p->patent : "-");
     if (p->source[0]) printf("source    %s\n", p->source);
     printf("surfaces  %d, the stop counted\nstop      %d\n", (int)lens.surface_count, (int)lens.stop + 1);
-    printf("efl_mm    %.4f\nbfd_mm    %.4f\nfnumber   %.3g\nghosts    %d\nsensor_mm %g x %g\n", lens.efl, lens.bfd, lens.fnumber, (int)lens.ghost_count,
-           lens.sensor_width, lens.sensor_height);
-    for (i = 0; (sentence = lens_note(&lens, i, note, sizeof note)) != NULL; i++) printf("note      %s\n", sentence);
+    printf("efl_mm    %.4f\nbfd_mm    %.4f\nfnumber   %.3g\nghosts    %d", lens.efl, lens.bfd, lens.fnumber, (int)lens.ghost_count);
+    if (o.paths.across_stop) printf(", %d across the stop", ghosts_across(&lens));
+    if (o.paths.four > 0) printf(", %d of four reflections", (int)lens.four_count);
+    printf("\nsensor_mm %g x %g\n", lens.sensor_width, lens.sensor_height);
+    for (i = 0; i < lens.note_count; i++) printf("note      %s\n", lflare_note_text(&lens.notes[i], note, sizeof note));
     return finish();
 }
 
@@ -433,12 +494,12 @@ static ghost_row ghost_row_make(const lflare_lens *lens, lflare_pair pair, const
 static int command_ghosts(int argc, char **argv)
 {
     static lflare_lens lens;
-    options o = parse(argc, argv, " --angle --fnumber --csv ", 1);
+    options o = parse(argc, argv, " --angle --fnumber --csv " PATH_OPTIONS, 1);
     double u[2], effective = 0;
     lflare_iris iris;
     lflare_pair *pairs;
     int32_t count, g;
-    read_lens(o.operands[0], &lens);
+    read_lens(o.operands[0], &o.paths, &lens);
     u[0] = -tan(o.ax * DEGREE);
     u[1] = -tan(o.ay * DEGREE);
     lflare_iris_make(&lens, o.fnumber, 0, 0, 0, &iris, &effective);
@@ -446,13 +507,15 @@ static int command_ghosts(int argc, char **argv)
     pairs = (lflare_pair *)allocate((size_t)count, sizeof *pairs);
     lflare_ghost_list(&lens, pairs, &count);
     if (o.csv) {
-        printf("first,second,Ma11,Ma12,M11,M12,iris_x,iris_y,iris_r,pupil_x,pupil_y,pupil_r,clip,r,g,b\n");
+        printf("first,second,Ma11,Ma12,M11,M12,iris_x,iris_y,iris_r,pupil_x,pupil_y,pupil_r,clip,r,g,b%s\n", o.paths.four > 0 ? ",third,fourth" : "");
     } else {
         printf("%s, f/%.3g, light at %g,%g degrees: %d ghosts; mm on the sensor; colour in multiples of E\n", lens.prescription.name, effective, o.ax, o.ay,
                (int)count);
-        printf("first second     Ma11      Ma12       M11       M12    iris_x    iris_y    iris_r   pupil_x   pupil_y   pupil_r clip          r         g         b\n");
+        printf("first second     Ma11      Ma12       M11       M12    iris_x    iris_y    iris_r   pupil_x   pupil_y   pupil_r clip          r         g         b%s\n",
+               o.paths.four > 0 ? " third fourth" : "");
     }
     for (g = 0; g < count; g++) {
+        int third = (int)pairs[g].third + (pairs[g].third > 0), fourth = (int)pairs[g].fourth + (pairs[g].third > 0);
         ghost_row r = ghost_row_make(&lens, pairs[g], &iris, u);
         double v[10];
         int k;
@@ -463,12 +526,14 @@ static int command_ghosts(int argc, char **argv)
             for (k = 0; k < 10; k++) { putchar(','); print_number(v[k] + 0.0); }
             printf(",%s", r.clip);
             for (k = 0; k < 3; k++) { putchar(','); print_number(r.rgb[k]); }
-            putchar('\n');
+            if (o.paths.four > 0) printf(",%d,%d", third, fourth);
         } else {
             printf("%5d %6d", (int)pairs[g].first + 1, (int)pairs[g].second + 1);
             for (k = 0; k < 10; k++) printf(" %9.4g", v[k] + 0.0);
-            printf(" %-6s %9.3g %9.3g %9.3g\n", r.clip, r.rgb[0], r.rgb[1], r.rgb[2]);
+            printf(" %-6s %9.3g %9.3g %9.3g", r.clip, r.rgb[0], r.rgb[1], r.rgb[2]);
+            if (o.paths.four > 0) printf(" %5d %6d", third, fourth);
         }
+        putchar('\n');
     }
     free(pairs);
     return finish();
@@ -479,11 +544,10 @@ static int command_ghosts(int argc, char **argv)
 /* The path of --ghost, or of the image without it. */
 static void make_path(const lflare_lens *lens, const options *o, lflare_path *path)
 {
-    lflare_pair pair;
-    pair.first = o->ghost[0] - 1;
-    pair.second = o->ghost[1] - 1;
-    if (lflare_path_make(lens, o->lambda, o->ghost[0] > 0 ? &pair : NULL, path) != LFLARE_OK)
-        complain("--ghost: %d,%d is no ghost of this lens; 'flare ghosts' lists them", o->ghost[0], o->ghost[1]);
+    lflare_pair pair = counted_from_0(o->ghost);
+    char name[64];
+    if (lflare_path_make(lens, o->lambda, o->ghost.first > 0 ? &pair : NULL, path) != LFLARE_OK)
+        complain("--ghost: %s is no ghost of this lens; 'flare ghosts' lists them", ghost_name(o->ghost, name));
 }
 
 /* A traced ray with what its table and its JSON both say. */
@@ -510,7 +574,7 @@ static void trace(const lflare_lens *lens, const options *o, traced *t)
     t->stop_hit = -1;
     t->blocker = 0;
     for (i = 0; i < t->ray.steps; i++) {
-        if (t->hits[i].surface == lens->stop) t->stop_hit = i;
+        if (t->path.steps[i].iris) t->stop_hit = i;
         if (t->hits[i].relative > 1 && t->blocker == 0) t->blocker = (int)t->hits[i].surface + 1;
     }
 }
@@ -556,12 +620,13 @@ static void print_hit_json(const lflare_hit *h)
 
 static void print_trace_json(const lflare_lens *lens, const options *o, const traced *t)
 {
-    double pair[2];
+    char name[64];
     int i, arrives = t->ray.fate == LFLARE_RAY_ARRIVES;
-    for (i = 0; i < 2; i++) pair[i] = o->ghost[i];
     printf("{\"name\": ");
     print_json_string(lens->prescription.name);
-    print_point("ghost", pair, o->ghost[0] > 0);
+    printf(", \"ghost\": ");
+    if (o->ghost.first > 0) printf("[%s]", ghost_name(o->ghost, name));
+    else printf("null");
     printf(", \"lambda_nm\": ");
     print_number(o->lambda);
     print_point("entrance_mm", o->ray, 1);
@@ -598,11 +663,10 @@ static void print_fate(const lflare_lens *lens, const traced *t)
 static void print_trace(const lflare_lens *lens, const options *o, const traced *t)
 {
     static const char *const ways[2][2] = {{"->", "->|"}, {"<-", "|<-"}};
-    char pair[64];
+    char name[64];
     int i;
-    sprintf(pair, "ghost %d,%d", o->ghost[0], o->ghost[1]);
-    printf("%s, %s, %g nm, light at %g,%g degrees, ray through %g,%g mm\n", lens->prescription.name, o->ghost[0] > 0 ? pair : "image", o->lambda, o->ax,
-           o->ay, o->ray[0], o->ray[1]);
+    printf("%s, %s%s, %g nm, light at %g,%g degrees, ray through %g,%g mm\n", lens->prescription.name, o->ghost.first > 0 ? "ghost " : "image",
+           o->ghost.first > 0 ? ghost_name(o->ghost, name) : "", o->lambda, o->ax, o->ay, o->ray[0], o->ray[1]);
     printf("surface way          x          y          z  height/semi  incidence      share\n");
     for (i = 0; i < t->ray.steps; i++) {
         const lflare_hit *h = &t->hits[i];
@@ -620,9 +684,9 @@ static int command_trace(int argc, char **argv)
 {
     static lflare_lens lens;
     static traced t;
-    options o = parse(argc, argv, " --ghost --ray --angle --lambda --json ", 1);
+    options o = parse(argc, argv, " --ghost --ray --angle --lambda --json --across-stop ", 1);
     if (!o.has_ray) complain("flare trace: say where the ray enters, with --ray X,Y (mm on the plane of the first vertex)");
-    read_lens(o.operands[0], &lens);
+    read_lens(o.operands[0], &o.paths, &lens);
     trace(&lens, &o, &t);
     if (o.json) print_trace_json(&lens, &o, &t);
     else print_trace(&lens, &o, &t);
@@ -873,24 +937,6 @@ static comparison compare_pictures(const picture *a, const picture *b)
 /* ---- the reference ---- */
 
 /* A lobe of the observer's curves: a bell with two widths. */
-static double lobe(double nm, double height, double centre, double below, double above)
-{
-    double t = (nm - centre) / (nm < centre ? below : above);
-    return height * exp(-0.5 * t * t);
-}
-
-/* Linear sRGB of one wavelength to the CIE 1931 observer. The lobes are the multi-lobe fit of Wyman, Sloan & Shirley, "Simple
-   Analytic Approximations to the CIE XYZ Color Matching Functions", JCGT 2(2), 2013; the matrix is that of IEC 61966-2-1. */
-static void spectral_rgb(double nm, double *rgb)
-{
-    double x = lobe(nm, 1.056, 599.8, 37.9, 31.0) + lobe(nm, 0.362, 442.0, 16.0, 26.7) + lobe(nm, -0.065, 501.1, 20.4, 26.2);
-    double y = lobe(nm, 0.821, 568.8, 46.9, 40.5) + lobe(nm, 0.286, 530.9, 16.3, 31.1);
-    double z = lobe(nm, 1.217, 437.0, 11.8, 36.0) + lobe(nm, 0.681, 459.0, 26.0, 13.8);
-    rgb[0] = 3.2406 * x - 1.5372 * y - 0.4986 * z;
-    rgb[1] = -0.9689 * x + 1.8758 * y + 0.0415 * z;
-    rgb[2] = 0.0557 * x - 0.2040 * y + 1.0570 * z;
-}
-
 /* Three wavelengths are the library's own; more make white what reflects all alike, channel by channel. */
 static void set_wavelengths(reference_desc *d, int count)
 {
@@ -900,7 +946,7 @@ static void set_wavelengths(reference_desc *d, int count)
     d->wavelengths = count;
     for (i = 0; i < count; i++) {
         d->nm[i] = count == 3 ? three[i] : 400 + 300.0 * i / (count - 1);
-        spectral_rgb(d->nm[i], d->rgb[i]);
+        lflare_wavelength_rgb(d->nm[i], d->rgb[i]);
         for (k = 0; k < 3; k++) sum[k] += count == 3 ? d->rgb[i][k] = i == k : d->rgb[i][k];
     }
     for (k = 0; k < 3; k++)
@@ -1039,14 +1085,14 @@ static void *read_fit(const char *path, int named, const lflare_lens *lens, size
 static int command_fit(int argc, char **argv)
 {
     static lflare_lens lens;
-    options o = parse(argc, argv, " -o ", 1);
+    options o = parse(argc, argv, " -o " PATH_OPTIONS, 1);
     double spent;
     size_t size;
     output *out;
     void *fit;
     if (o.out == NULL) complain("flare fit: say where the fit goes, with -o FILE");
     if (ends_with(o.out, ".lens")) complain("%s: a lens would be lost; end the fit's name in .fit, say", o.out);
-    read_lens(o.operands[0], &lens);
+    read_lens(o.operands[0], &o.paths, &lens);
     out = output_open(o.out); /* first, so that the work has a place to go */
     fit = fit_lens(o.operands[0], &lens, &size, &spent);
     fwrite(fit, 1, size, out->file);
@@ -1143,7 +1189,7 @@ static int command_starburst(int argc, char **argv)
     double fnumber;
     int x, y, k;
     check_picture_name(&o, "starburst");
-    read_lens(o.operands[0], &lens);
+    read_lens(o.operands[0], &o.paths, &lens);
     pixels = mask_of(&o, &desc);
     lflare_iris_make(&lens, o.fnumber, o.blades >= 0 ? o.blades : 6, o.rotation * DEGREE, o.curvature, &iris, &fnumber);
     iris.softness = (float)o.softness;
@@ -1182,7 +1228,9 @@ static int command_starburst(int argc, char **argv)
 static void check_render_options(const options *o)
 {
     check_picture_name(o, "render");
-    if (!o->reference && (o->wavelengths > 0 || o->cells > 0)) complain("%s belongs to --model reference", o->cells > 0 ? "--cells" : "--wavelengths");
+    if (!o->reference && o->cells > 0) complain("--cells belongs to --model reference");
+    if (!o->reference && o->wavelengths > LFLARE_MAX_WAVELENGTHS) complain("--wavelengths: %d is too many; at most %d, or 256 with --model reference", o->wavelengths, LFLARE_MAX_WAVELENGTHS);
+    if (!o->reference && o->wavelengths > 3 && o->model == LFLARE_MODEL_PARAXIAL) complain("--wavelengths belongs to --model polynomial, traced or reference, not to paraxial");
     if (o->reference && o->gl) complain("--model reference has no --backend gl");
     if (o->fit != NULL && (o->reference || o->model == LFLARE_MODEL_PARAXIAL || o->model == LFLARE_MODEL_TRACED))
         complain("--fit belongs to --model polynomial, not to --model %s", o->reference ? "reference" : o->model == LFLARE_MODEL_TRACED ? "traced" : "paraxial");
@@ -1214,7 +1262,7 @@ static int command_render(int argc, char **argv)
     static lflare_lens lens;
     options o = parse(argc, argv,
                       " -o --size --angle --fov --fnumber --blades --rotation --curvature --radius --model --backend --ghosts-only --exposure "
-                      "--wavelengths --cells --fit " IRIS_OPTIONS "--streak --squeeze --ringing ", 1);
+                      "--wavelengths --cells --fit " IRIS_OPTIONS PATH_OPTIONS "--streak --squeeze --ringing ", 1);
     lflare_desc desc = {0};
     lflare_view view = {0};
     lflare_light light = {0};
@@ -1226,10 +1274,12 @@ static int command_render(int argc, char **argv)
     int png, k;
     check_render_options(&o);
     png = ends_with(o.out, ".png");
-    read_lens(o.operands[0], &lens);
+    read_lens(o.operands[0], &o.paths, &lens);
     desc.prescription = &lens.prescription;
+    desc.paths = o.paths;
     desc.fit = fit = fit_for_render(&o, &lens, &desc.fit_size);
     desc.settings.model = o.model;
+    desc.settings.wavelengths = o.reference ? 0 : o.wavelengths;
     desc.settings.fnumber = o.fnumber;
     desc.settings.blades = o.blades >= 0 ? o.blades : o.ghosts_only ? 0 : 6;
     desc.settings.no_starburst = o.ghosts_only || o.reference;
@@ -1275,19 +1325,18 @@ static int command_diagram(int argc, char **argv)
 {
     static lflare_lens lens;
     static lflare_path path;
-    options o = parse(argc, argv, " -o --ghost --rays --angle ", 1);
+    options o = parse(argc, argv, " -o --ghost --rays --angle --across-stop ", 1);
     double x = tan(o.ax * DEGREE), y = tan(o.ay * DEGREE);
     diagram_desc desc;
     lflare_pair pair;
     output *out;
     if (o.out == NULL) complain("flare diagram: say where the drawing goes, with -o OUT.svg");
     if (!ends_with(o.out, ".svg")) complain("%s: a name ending in .svg was expected", o.out);
-    read_lens(o.operands[0], &lens);
+    read_lens(o.operands[0], &o.paths, &lens);
     make_path(&lens, &o, &path); /* refuses what is no ghost */
-    pair.first = o.ghost[0] - 1;
-    pair.second = o.ghost[1] - 1;
+    pair = counted_from_0(o.ghost);
     desc.lens = &lens;
-    desc.ghost = o.ghost[0] > 0 ? &pair : NULL;
+    desc.ghost = o.ghost.first > 0 ? &pair : NULL;
     desc.slope = (y < 0 || (y == 0 && x < 0) ? 1 : -1) * hypot(x, y);
     desc.rays = o.rays;
     out = output_open(o.out);

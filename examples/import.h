@@ -2,7 +2,6 @@
    by flare.c alone, behind its complaints and options, whose functions it uses. */
 
 static const char help_import[] =
-    "\n"
     "  flare convert IN -o OUT.lens [--focus]\n"
     "      a prescription of any format known here (below) into lensflare's own; --focus: the sensor goes into focus. Says what was\n"
     "      guessed, changed or contradicts itself\n"
@@ -15,7 +14,10 @@ static const char help_import[] =
     "\n"
     "LENS is a file of any format known here, told by its content: lensflare's own, Zemax .zmx and prescription reports, CODE V\n"
     ".seq, PhotonsToPhotos Optical Bench, pbrt .dat, OpenLensFlare .xml, RealFlare .json, FlareSim .lens. --config K, with any\n"
-    "command: its zoom state K, from 1.\n";
+    "command: its zoom state K, from 1.\n"
+    "AX,AY: the light's angle right and up of the axis, degrees. Without --fov the frame is as wide as the lens's sensor;\n"
+    "with it (degrees, vertical) the frame is that camera's. --radius: the lamp's angular radius (the sun: 4.65).\n"
+    "Exit status: 0 done, 2 wrong use, unreadable input or failed output, 130 interrupted.\n";
 
 static void print_help(FILE *file)
 {
@@ -58,11 +60,11 @@ static void import_complain(const char *path, const lflare_error *error)
     exit(2);
 }
 
-static void read_lens(const char *path, lflare_lens *lens)
+static void read_lens(const char *path, const lflare_paths *paths, lflare_lens *lens)
 {
     static lflare_prescription prescription;
     lflare_error error;
-    if (!import_file(path, 0, &prescription, lens, &error)) import_complain(path, &error);
+    if (!import_file(path, 0, &prescription, lens, &error) || lflare_lens_paths(lens, paths, &error) != LFLARE_OK) import_complain(path, &error);
 }
 
 /* Sentences about the lens last read, those of its reading first; NULL beyond the last. */

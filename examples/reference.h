@@ -224,13 +224,15 @@ static reference_vertex reference_trace(const reference_worker *w, double x, dou
     const reference_desc *d = w->d;
     reference_vertex v;
     lflare_ray ray;
+    int i;
     memset(&v, 0, sizeof v);
     v.entrance[0] = x;
     v.entrance[1] = y;
     v.arrives = lflare_path_trace(&w->path, v.entrance, d->slope, &ray, NULL) == LFLARE_RAY_ARRIVES;
     if (!v.arrives) return v;
     v.weight = ray.weight;
-    v.open = fmin(1 - ray.relative, reference_iris_open(d->iris, ray.stop));
+    v.open = 1 - ray.relative;
+    for (i = 0; i < ray.stop_count; i++) v.open = fmin(v.open, reference_iris_open(d->iris, ray.stops[i])); /* blades and all, each time */
     v.place[0] = 0.5 * d->width * (1 - (ray.sensor[0] - d->centre[0]) / d->half[0]); /* the picture is the sensor turned round */
     v.place[1] = 0.5 * d->height * (1 + (ray.sensor[1] - d->centre[1]) / d->half[1]);
     v.arrives = fabs(v.place[0]) < REFERENCE_FAR && fabs(v.place[1]) < REFERENCE_FAR && v.open - v.open == 0;

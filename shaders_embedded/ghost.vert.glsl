@@ -178,7 +178,7 @@ void main()
     for (i = 0; i < RIMS; i++)
         if ((binding >> (i + 1) & 1) != 0) {
             vec4 r0 = lens_texel(lens + 4 + i * 3), r1 = lens_texel(lens + 5 + i * 3), r2 = lens_texel(lens + 6 + i * 3);
-            found[count++] = edge_of(vec3(r0.x, r1.x, r2.x), vec3(r0.y, r1.y, r2.y), r0.z, 0.0);
+            found[count++] = edge_of(vec3(r0.x, r1.x, r2.x), vec3(r0.y, r1.y, r2.y), r0.z > 0.0 ? r0.z : u_lens.w, r0.z > 0.0 ? 0.0 : u_strip.w); /* 0: the iris */
         }
     int smallest = 0;
     float reach = 3e38;

@@ -4,7 +4,7 @@ layout(std140) uniform lflare_strip {
     vec4 u_clip[3];   /* the projection's rows x, y and w, such that w is the distance ahead; first.w: lights that have a past */
     vec4 u_region;    /* the view in the depth texture, texels: x, y, width, height; 0 = all of it */
     vec4 u_fade;      /* share of the way up; down; 1 where depth grows with distance, else -1; taps, a multiple of 4 */
-    vec4 u_disc[240]; /* direction / -z: x, y; tangent of the radius, < 0: not in front of the camera; depth that begins to hide */
+    vec4 u_disc[232]; /* direction / -z: x, y; tangent of the radius, < 0: not in front of the camera; depth that begins to hide */
 };
 uniform highp sampler2D u_depth;
 uniform highp usampler2D u_before;

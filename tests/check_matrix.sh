@@ -211,7 +211,7 @@ test_gl)
     cc="gcc -O2" libs="-lEGL -lGL" leaks=0
     ;;
 test_aberration) cc="clang -O2" libs=-lpthread argument=quick ;;
-test_reference) libs=-lpthread ;;
+test_reference | test_paths) libs=-lpthread ;;
 test_traced) cc="clang -O2" libs=-lpthread ;;
 test_diffraction) libs=-lfftw3 ;;
 esac

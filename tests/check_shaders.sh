@@ -17,6 +17,7 @@ for version in "330 core" "300 es"; do
                 echo "#version $version"
                 [ "$version" = "300 es" ] && printf 'precision highp float;\nprecision highp int;\n'
                 echo "$define" | tr , '\n' | sed 's/^/#define /'
+                [ "$stage" = "$vertex.vert" ] && echo '#define PATCH_VERTEX'
                 cat $shared
                 [ "$cuts" = cuts ] && [ "$stage" = "$fragment.frag" ] && cat shaders_embedded/cuts.glsl
                 cat "shaders_embedded/$stage.glsl"
@@ -35,14 +36,14 @@ for version in "330 core" "300 es"; do
 RIM ghost ghost cuts shaders_embedded/frame.glsl
 RIM,FRINGES ghost ghost cuts shaders_embedded/frame.glsl
 INSIDE ghost ghost cuts shaders_embedded/frame.glsl
-PATCH patch patch - shaders_embedded/frame.glsl
-PATCH_RIM,FRINGES patch patch cuts shaders_embedded/frame.glsl
-PATCH_RIM,PATCH_STRIP patch patch cuts shaders_embedded/frame.glsl
-PATCH_RIM,PATCH_STRIP,FRINGES patch patch cuts shaders_embedded/frame.glsl
-PATCH traced patch - shaders_embedded/frame.glsl
-PATCH_RIM,FRINGES traced patch cuts shaders_embedded/frame.glsl
-PATCH_RIM,PATCH_STRIP traced patch cuts shaders_embedded/frame.glsl
-PATCH_RIM,PATCH_STRIP,FRINGES traced patch cuts shaders_embedded/frame.glsl
+PATCH patch patch - shaders_embedded/frame.glsl shaders_embedded/patches.glsl
+PATCH_RIM,FRINGES patch patch cuts shaders_embedded/frame.glsl shaders_embedded/patches.glsl
+PATCH_RIM,PATCH_STRIP patch patch cuts shaders_embedded/frame.glsl shaders_embedded/patches.glsl
+PATCH_RIM,PATCH_STRIP,FRINGES patch patch cuts shaders_embedded/frame.glsl shaders_embedded/patches.glsl
+PATCH traced patch - shaders_embedded/frame.glsl shaders_embedded/patches.glsl
+PATCH_RIM,FRINGES traced patch cuts shaders_embedded/frame.glsl shaders_embedded/patches.glsl
+PATCH_RIM,PATCH_STRIP traced patch cuts shaders_embedded/frame.glsl shaders_embedded/patches.glsl
+PATCH_RIM,PATCH_STRIP,FRINGES traced patch cuts shaders_embedded/frame.glsl shaders_embedded/patches.glsl
 STRIP screen strip - /dev/null
 ADD screen add - /dev/null
 STARBURST starburst starburst - shaders_embedded/frame.glsl

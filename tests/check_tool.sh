@@ -31,6 +31,17 @@ result $? "info --json has the Heliar's numbers"
 result $? "ghosts --csv has its columns"
 [ "$(tail -n +2 "$dir/ghosts.csv" | wc -l)" = 13 ] && awk -F, 'NF != 16 {exit 1}' "$dir/ghosts.csv"
 result $? "ghosts --csv has 13 rows of 16 fields"
+"$flare" ghosts $heliar --across-stop --four --csv >"$dir/more.csv"
+[ "$(head -1 "$dir/more.csv")" = "$(head -1 "$dir/ghosts.csv"),third,fourth" ] && awk -F, 'NR > 1 && NF != 18 {exit 1} NR > 1 && $17 == 0 {two++} NR > 1 && $17 > $2 && $18 < $17 {four++} END {exit two != 28 || four != 64}' "$dir/more.csv"
+result $? "ghosts --across-stop --four --csv appends third and fourth"
+"$flare" info $heliar --across-stop --four | grep -q '^ghosts    92, .* across the stop, 64 of four reflections'
+result $? "info counts them"
+"$flare" trace $heliar --ghost 7,2 --ray 0,0 --across-stop >"$dir/ray.txt" && [ "$(grep -c 'the stop$' "$dir/ray.txt")" = 3 ] && "$flare" trace $heliar --ghost 4,2,3,1 --ray 0,0 --json | grep -q '"ghost": \[4,2,3,1\]'
+result $? "trace follows them"
+"$flare" diagram $heliar -o "$dir/more.svg" --ghost 4,2,3,1 --rays 0 && [ "$(grep -c 'class="mirror"' "$dir/more.svg")" = 4 ] && grep -q 'ghost 4,2,3,1 ' "$dir/more.svg"
+result $? "diagram draws four mirrors"
+"$flare" render $heliar -o "$dir/plain.pfm" --size 64x48 --angle 5,3 --ghosts-only && "$flare" render $heliar -o "$dir/more.pfm" --size 64x48 --angle 5,3 --ghosts-only --across-stop --four && ! cmp -s "$dir/plain.pfm" "$dir/more.pfm"
+result $? "render draws them"
 # (4,2): u = -(tan 10, tan 5), M12 = 140.265: the pupil's image lies left and below on the sensor
 awk -F, '$1 == 4 && $2 == 2 {found = ($10 + 24.7326 < 0.001 && $10 + 24.7326 > -0.001 && $11 < 0)} END {exit !found}' "$dir/ghosts.csv"
 result $? "ghosts prints sensor coordinates with their sign"
@@ -318,6 +329,8 @@ refused "an unknown option" "unknown option '--sice'" render $heliar -o "$dir/c.
 refused "a bad number" "^flare: --fnumber: .*'fast'" render $heliar -o "$dir/c.png" --fnumber fast
 refused "a ghost that is none" "7,2 is no ghost" trace $heliar --ray 0,0 --ghost 7,2
 refused "a pair the wrong way round" "2,4 is no ghost" trace $heliar --ray 0,0 --ghost 2,4
+refused "three surfaces" "'2,3' is one|a number from 1|two numbers" trace $heliar --ray 0,0 --ghost 4,2,3
+refused "no path" "4,2,2,1 is no ghost" trace $heliar --ray 0,0 --ghost 4,2,2,1
 refused "surface 0" "^flare: --ghost: a number from 1" trace $heliar --ray 0,0 --ghost 0,1
 refused "half a surface" "^flare: --ghost: two surface numbers" trace $heliar --ray 0,0 --ghost 4.5,2
 refused "no ray" "with --ray X,Y" trace $heliar --ghost 4,2

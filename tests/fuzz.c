@@ -429,6 +429,8 @@ static void object(const lflare_prescription *p, const lflare_lens *lens, rng *r
     desc.allocate = pool_realloc;
     desc.user = &memory;
     desc.max_lights = 3;
+    desc.paths.across_stop = below(r, 2);
+    desc.paths.four = below(r, 8) == 0 ? below(r, LFLARE_MAX_FOUR + (wild ? 20 : 1)) : below(r, 4);
     make_settings(r, lens, &desc.settings, overrides, wild);
     result = lflare_create(&desc, &flare, &error);
     free(text);

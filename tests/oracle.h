@@ -16,7 +16,7 @@
 #define ORACLE_PI 3.14159265358979323846264338327950288L
 #define ORACLE_D 587.5618
 
-enum { ORACLE_STEPS = 3 * LFLARE_MAX_SURFACES };
+enum { ORACLE_STEPS = 5 * LFLARE_MAX_SURFACES };
 
 /* ---- random numbers: the same everywhere ---- */
 
@@ -94,29 +94,33 @@ typedef struct oracle_step {
     long double gap; /* to the next step's vertex, or the sensor */
 } oracle_step;
 
-/* The order in which light meets the surfaces; first < 0 is the direct path. */
-static inline int oracle_path(const oracle_lens *o, int first, int second, oracle_step *out)
+/* The order in which light meets the surfaces on its way through an even number of reflections. */
+static inline int oracle_path_of(const oracle_lens *o, const int *turns, int count, oracle_step *out)
 {
-    int n = 0, i, last = first < 0 ? o->count - 1 : first;
-    for (i = 0; i <= last; i++, n++) {
-        out[n].surface = i;
-        out[n].backwards = 0;
-        out[n].reflects = i == first;
-    }
-    for (i = first - 1; first >= 0 && i >= second; i--, n++) {
-        out[n].surface = i;
-        out[n].backwards = 1;
-        out[n].reflects = i == second;
-    }
-    for (i = second + 1; first >= 0 && i < o->count; i++, n++) {
-        out[n].surface = i;
-        out[n].backwards = out[n].reflects = 0;
+    int n = 0, i, leg, from = 0;
+    for (leg = 0; leg <= count; leg++) {
+        int back = leg % 2, to = leg < count ? turns[leg] : o->count - 1;
+        for (i = from; back ? i >= to : i <= to; i += back ? -1 : 1, n++) {
+            out[n].surface = i;
+            out[n].backwards = back;
+            out[n].reflects = leg < count && i == to;
+        }
+        from = back ? to + 1 : to - 1;
     }
     for (i = 0; i < n; i++) { /* the gap belongs to the surface in front of it */
         int k = out[i].surface, leaves_backwards = out[i].backwards != out[i].reflects;
         out[i].gap = (long double)o->p->surfaces[leaves_backwards ? k - 1 : k].thickness;
     }
     return n;
+}
+
+/* The same of two; first < 0 is the direct path. */
+static inline int oracle_path(const oracle_lens *o, int first, int second, oracle_step *out)
+{
+    int turns[2];
+    turns[0] = first;
+    turns[1] = second;
+    return oracle_path_of(o, turns, first < 0 ? 0 : 2, out);
 }
 
 /* ---- paraxial rays, in the unfolded frame ---- */

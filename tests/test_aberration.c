@@ -796,7 +796,7 @@ static void create_with_fit_fails(void **state)
     const subject *s = &subjects[HELIAR];
     ledger l;
     lflare_desc desc = a_desc(s);
-    lflare_override tint = {3, 1, 0, {1, 0.5f, 0.5f}, 0, 0, {0, 0}};
+    lflare_override tint = {3, 1, 0, {1, 0.5f, 0.5f}, 0, 0, {0, 0}, 0, 0};
     lflare_error error;
     lflare *flare;
     long n;
@@ -1338,7 +1338,7 @@ static light_error light_off(const subject *s, double fnumber, double angle, con
     return e;
 }
 
-static const lflare_pair nearly_total = {3, 1}; /* 4,2 of the Heliar: total reflection lies within its bundle */
+static const lflare_pair nearly_total = {3, 1, 0, 0}; /* 4,2 of the Heliar: total reflection lies within its bundle */
 
 static void light_of_the_heliar(void **state)
 {
@@ -1495,8 +1495,8 @@ typedef struct tuning {
 } tuning;
 
 static const tuning tunings[] = {
-    {0, 0, {3, 1}, 1.05, 1.2}, {0, 0, {4, 0}, 1.4, 1.5}, {0, 1, {3, 1}, 0.85, 0.9}, /* M11: in focus */
-    {1, 0, {2, 0}, 1.7, 1.8},  {1, 0, {4, 0}, 0.85, 0.92}, {1, 4, {4, 0}, 1.6, 1.8}}; /* Ma11: at the stop */
+    {0, 0, {3, 1, 0, 0}, 1.05, 1.2}, {0, 0, {4, 0, 0, 0}, 1.4, 1.5}, {0, 1, {3, 1, 0, 0}, 0.85, 0.9}, /* M11: in focus */
+    {1, 0, {2, 0, 0, 0}, 1.7, 1.8},  {1, 0, {4, 0, 0, 0}, 0.85, 0.92}, {1, 4, {4, 0, 0, 0}, 1.6, 1.8}}; /* Ma11: at the stop */
 
 /* The factor that brings the entry to within 1e-4 of 0. */
 static double tune(const tuning *t)

@@ -478,7 +478,7 @@ static void test_no_arguments(void **state)
     lflare_frame_data frame;
     lflare_footprint footprint;
     lflare_iris iris;
-    lflare_pair pair = {1, 0};
+    lflare_pair pair = {1, 0, 0, 0};
     lflare_ghost_matrices matrices;
     int32_t n = 1;
     size_t size = 1;

@@ -265,7 +265,7 @@ static void energy_is_kept(void **state)
     (void)state;
     for (i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         const scene *s = cases[i].lens < 2 ? &scenes[cases[i].lens] : &coated;
-        lflare_pair pair = {0, 0};
+        lflare_pair pair = {0, 0, 0, 0};
         picture p;
         double sum = 0, flux;
         pair.first = cases[i].first - 1;

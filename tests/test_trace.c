@@ -187,7 +187,7 @@ static void polynomial_branch(void **state)
     (void)state;
     for (form = 0; form < 2; form++) {
         const double at[2] = {4, -3}, slope[2] = {0.05, 0.1};
-        lflare_pair pair = {2, 1};
+        lflare_pair pair = {2, 1, 0, 0};
         lflare_ray ray;
         make_lens("lensflare 1\nfnumber 4\nstop 1 semi 8\n40 6 n 1.6 semi 12\n-60 50 air semi 12\n");
         if (form == 1) lens.prescription.surfaces[1].aspheric[7] = 1e-300; /* a term that changes nothing */
@@ -202,7 +202,7 @@ static void polynomial_branch(void **state)
 static void hard_cases(void **state)
 {
     const double origin[2] = {0, 0}, wide[2] = {9, 0}, steep[2] = {0, 1.7320508}, along[2] = {0, 0};
-    lflare_pair pair = {2, 1}, wrong = {1, 2}, across = {3, 1};
+    lflare_pair pair = {2, 1, 0, 0}, wrong = {1, 2, 0, 0}, across = {3, 1, 0, 0};
     lflare_ray ray;
     lflare_hit hits[LFLARE_MAX_STEPS];
     (void)state;

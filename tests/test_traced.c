@@ -86,15 +86,22 @@ static void rays(void **state)
     size_t l;
     (void)state;
     for (l = 0; l < sizeof paths / sizeof *paths; l++) {
-        lflare_settings settings = plain_at(0, LFLARE_MODEL_PARAXIAL);
+        lflare_settings settings = plain_at(0, LFLARE_MODEL_PARAXIAL), demanding = plain_at(0, LFLARE_MODEL_TRACED);
         lflare *flare = open_lens(paths[l], &settings);
-        const lflare_tables *t = lflare_get_tables(flare);
-        double apart = 0, height = 0, weight = 0;
+        lflare_tables tables = *lflare_get_tables(flare), *t = &tables;
+        double apart = 0, height = 0, weight = 0, indices[LFLARE_WAVELENGTHS][LFLARE_MAX_SURFACES + 1];
         int32_t g, k, n = 0, fates = 0;
+        float *memory = (float *)malloc(sizeof(float) * lflare_tables_demand(t, &demanding, NULL));
         int i, j;
+        lflare_tables_demand(t, &demanding, memory);
+        for (k = 0; k < LFLARE_WAVELENGTHS; k++) lflare__indices(&lflare_get_lens(flare)->prescription, (double)t->wavelengths[k], indices[k]);
         for (g = 0; g < t->ghost_count; g++)
             for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
                 lflare_path path;
+                lflare__tracer tracer;
+                lflare__steps_make(lflare_get_lens(flare), t, g, (const double(*)[LFLARE_MAX_SURFACES + 1])indices);
+                lflare__tracer_make(t, g, &tracer);
+                tracer.slope = 0.1f;
                 assert_int_equal(lflare_path_make(lflare_get_lens(flare), (double)t->wavelengths[k], &t->pairs[g], &path), LFLARE_OK);
                 for (j = 0; j < 3; j++)
                     for (i = -3; i <= 3; i++) {
@@ -104,7 +111,7 @@ static void rays(void **state)
                         entrance[0] = 0.25 * i * (double)t->entrance_radius;
                         entrance[1] = 0.3 * j * (double)t->entrance_radius;
                         lflare_path_trace(&path, entrance, slope, &exact, NULL);
-                        lflare__traced_ray_make(t, t->pairs[g], k, (float)entrance[0], (float)entrance[1], 0.1f, &ray);
+                        lflare__traced_ray_make(&tracer, lflare__shares[k], 1, (float)entrance[0], (float)entrance[1], &ray);
                         n++;
                         if ((exact.fate == LFLARE_RAY_ARRIVES) != ray.arrives) { /* within roundings of total reflection, or beyond the rims */
                             fates += exact.relative < 1;
@@ -119,6 +126,7 @@ static void rays(void **state)
             }
         print_message("%s: sensor and stop within %.1e mm, heights %.1e, weights %.1e; %d of %d fates differ\n", paths[l], apart, height, weight, (int)fates, (int)n);
         assert_true(apart < 2e-3 && height < 1e-4 && weight < 3e-3 && fates * 1000 <= n);
+        free(memory);
         lflare_destroy(flare);
     }
 }
@@ -130,7 +138,7 @@ static int covered(const lflare__traced_view *o, double x, double y)
 {
     double v = y / (double)o->knot[2], u = (x - (double)o->knot[0] - (double)o->knot[3] * v * v) / (double)o->knot[1], turn = atan2(fabs(v), u) / 3.14159265358979 * (LFLARE_OUTLINE_SIDES - 1);
     int first = turn < LFLARE_OUTLINE_SIDES - 2 ? (int)turn : LFLARE_OUTLINE_SIDES - 2;
-    double a = (double)o->knot[12 + 4 * first], b = (double)o->knot[16 + 4 * first];
+    double a = (double)o->knot[LFLARE__OUTLINE_WHOLE + 4 * first], b = (double)o->knot[LFLARE__OUTLINE_WHOLE + 4 + 4 * first];
     return hypot(u, v) <= 1.04 * (a + (turn - first) * (b - a));
 }
 
@@ -155,17 +163,23 @@ static void outlines(void **state)
                 at.slope_length = tanf(at.field_angle);
                 for (g = 0; g < t->ghost_count; g++)
                     for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
-                        const float *head = t->outline + (size_t)g * LFLARE_OUTLINE_FLOATS;
                         lflare__traced_view view;
-                        int32_t patch = 0, m;
-                        int seen;
-                        for (m = 0; m < k && head[3] > 0; m++) patch += lflare__outline_patches(head + m * LFLARE__OUTLINE_ONE);
-                        seen = lflare__outline_patches(head + (head[3] > 0 ? k : 0) * LFLARE__OUTLINE_ONE) > 0 && lflare__traced_view_make(t, g, &at, &patch, &view);
+                        lflare__tracer tracer;
+                        lflare_instance instance;
+                        int32_t patch, band = 0, code = lflare__outline_code(t, (uint32_t)g, at.field_angle, &band);
+                        int seen = 0;
+                        memset(&instance, 0, sizeof instance);
+                        instance.ghost = (uint16_t)g;
+                        instance.band = (uint16_t)band;
+                        if (code > 0) instance.patch = (uint16_t)(code & 128 ? k * lflare__code_patches(t, code) / LFLARE_WAVELENGTHS : 0);
+                        if (code > 0) seen = lflare__traced_view_make(t, instance, &at, &patch, &view);
+                        lflare__tracer_make(t, g, &tracer);
+                        tracer.slope = at.slope_length;
                         for (j = 0; j < 24; j++)
                             for (i = -24; i < 24; i++) {
                                 double reach = 1.4 * (double)t->entrance_radius, x = reach * (i + 0.5) / 24, y = reach * (j + 0.5) / 24;
                                 lflare__traced_ray ray;
-                                lflare__traced_ray_make(t, t->pairs[g], k, (float)x, (float)y, at.slope_length, &ray);
+                                lflare__traced_ray_make(&tracer, lflare__shares[k], 0, (float)x, (float)y, &ray);
                                 if (!ray.arrives || ray.relative > 1 || hypotf(ray.stop[0], ray.stop[1]) > 1 || hypotf(ray.sensor[0], ray.sensor[1]) > 0.6f * t->sensor_width) continue;
                                 passed++;
                                 lost += !seen || !covered(&view, x, y);
