@@ -455,7 +455,7 @@ static int command_info(int argc, char **argv)
     if (o.paths.across_stop) printf(", %d across the stop", ghosts_across(&lens));
     if (o.paths.four > 0) printf(", %d of four reflections", (int)lens.four_count);
     printf("\nsensor_mm %g x %g\n", lens.sensor_width, lens.sensor_height);
-    for (i = 0; i < lens.note_count; i++) printf("note      %s\n", lflare_note_text(&lens.notes[i], note, sizeof note));
+    for (i = 0; (sentence = lens_note(&lens, i, note, sizeof note)) != NULL; i++) printf("note      %s\n", sentence);
     return finish();
 }
 
