@@ -5,9 +5,11 @@
 # make models  how near each model of the ghosts comes to exact rays, on six lenses; the first run takes half an hour
 # make fringes draws irises as ghosts show them beside the exact integral, build/fringes.pgm; needs FFTW (libfftw3-dev)
 # make shaders writes shaders_embedded/*.glsl into lensflare.h
+# make glasses writes lenses/glasses*.csv into lenses/lensimport.h
 # make diagrams draws the lenses and their page, lenses/README.md
 # make fits    fits the lenses whose fits are small enough to lie beside them
 # make fuzz    thirty minutes of fuzzing (SECONDS=n for less); make coverage shows what it reached
+# make fuzz-import fuzzes each reader of foreign formats for twenty minutes (SECONDS=n), and shows what that reached
 
 CC      ?= cc
 CFLAGS  ?= -O2
@@ -35,7 +37,7 @@ TESTS    := $(patsubst tests/%.c,$(B)/%,$(if $(EGL),$(wildcard tests/test_*.c),$
 
 all: $(B)/flare $(EXAMPLES) $(if $(GLFW),$(WINDOWS),no-windows)
 
-$(B)/flare: examples/flare.c examples/gl_host.h examples/reference.h examples/diagram.h lensflare.h | $(B)
+$(B)/flare: examples/flare.c examples/gl_host.h examples/reference.h examples/diagram.h examples/import.h lenses/lensimport.h lensflare.h | $(B)
 	$(CC) $(ALL) $(FLAREPNG) $< -o $@ $(LIBPNG) $(LIBDL) $(THREADS) -lm
 
 $(WINDOWS): $(B)/%: examples/%.c examples/gl_host.h lensflare.h | $(B)
@@ -52,6 +54,9 @@ $(B)/test_%: tests/test_%.c lensflare.h $(wildcard tests/*.h) | $(B)
 
 $(B)/test_reference $(B)/test_aberration $(B)/test_traced $(B)/test_paths: $(B)/test_%: tests/test_%.c tests/oracle.h examples/reference.h lensflare.h | $(B)
 	$(CC) $(ALL) $< -o $@ -lcmocka $(THREADS) -lm
+
+$(B)/test_import: tests/test_import.c lenses/lensimport.h lensflare.h | $(B)
+	$(CC) $(ALL) $< -o $@ -lcmocka -lm
 
 $(B)/test_diffraction: tests/test_diffraction.c tests/fresnel.h lensflare.h | $(B)
 	$(CC) $(ALL) $< -o $@ -lcmocka -lfftw3 -lm
@@ -97,6 +102,10 @@ fringes: $(B)/fringes
 shaders:
 	shaders_embedded/embed.sh lensflare.h > lensflare.h.new && mv lensflare.h.new lensflare.h
 
+# The glass catalogue as tables in the header; a test compares both.
+glasses:
+	lenses/glasses.sh lenses/lensimport.h > lenses/lensimport.h.new && mv lenses/lensimport.h.new lenses/lensimport.h
+
 # Cross-sections of all lenses; a test compares them.
 diagrams: $(B)/flare
 	lenses/diagrams/gallery.sh
@@ -108,10 +117,13 @@ fits: $(B)/flare
 fuzz:
 	tests/fuzz.sh $(or $(SECONDS),1800)
 
+fuzz-import:
+	tests/fuzz_import.sh $(or $(SECONDS),1200)
+
 coverage:
 	tests/coverage.sh
 
 clean:
 	rm -rf $(B)
 
-.PHONY: all no-windows demo test tests bench models fringes shaders diagrams fits fuzz coverage clean
+.PHONY: all no-windows demo test tests bench models fringes shaders glasses diagrams fits fuzz fuzz-import coverage clean

@@ -7,10 +7,13 @@
 #endif
 #define LENSFLARE_IMPLEMENTATION
 #include "lensflare.h"
+#define LENSIMPORT_IMPLEMENTATION
+#include "lenses/lensimport.h"
 
 #include "gl_host.h"
 #include "reference.h"
 #include "diagram.h"
+#include <dirent.h>
 #include <errno.h>
 #include <time.h>
 #ifdef _WIN32
@@ -69,11 +72,7 @@ static const char help[] =
     "  flare compare A B [--json]\n"
     "      PSNR, SSIM and largest error of picture B against picture A (PFM, or PNG where built with libpng)\n"
     "  flare coating N1 N2 [--lambda0 NM | --layers n:nm,...] [--angle DEG] [--csv]\n"
-    "      reflectance of a surface from 380 to 780 nm\n"
-    "\n"
-    "AX,AY: the light's angle right and up of the axis, degrees. Without --fov the frame is as wide as the lens's sensor;\n"
-    "with it (degrees, vertical) the frame is that camera's. --radius: the lamp's angular radius (the sun: 4.65).\n"
-    "Exit status: 0 done, 2 wrong use, unreadable input or failed output, 130 interrupted.\n";
+    "      reflectance of a surface from 380 to 780 nm\n";
 
 /* ---- complaints ---- */
 
@@ -192,7 +191,8 @@ enum { FOUR = 64 }; /* ghosts that --four keeps */
 typedef struct options {
     const char *operands[2];
     int operand_count;
-    const char *out, *layers, *fit, *mask;
+    const char *out, *layers, *fit, *mask, *catalogue;
+    int focus;
     lflare_model model; /* AUTO where `reference` is set, too */
     int json, csv, ghosts_only, gl, reference, wavelengths, cells, has_radius, rays, dust, scratches, grating, seed, ringing, budget, vertices, pixels;
     int width, height, blades, has_ray;
@@ -287,6 +287,8 @@ static void read_model(options *o, const char *option, const char *text)
         complain("%s: 'paraxial', 'polynomial', 'traced' or 'reference' was expected, not '%s'", option, text);
 }
 
+static int lens_config; /* import.h */
+
 /* `allowed`: the command's options, each with blanks around it. */
 static options parse(int argc, char **argv, const char *allowed, int operands)
 {
@@ -308,15 +310,21 @@ static options parse(int argc, char **argv, const char *allowed, int operands)
         }
         if (strlen(name) > 40) complain("unknown option '%s'", name);
         sprintf(key, " %s ", name);
+        if (strcmp(name, "--config") == 0 && strstr(" compare coating glass ", argv[1]) == NULL && i + 1 < argc) {
+            lens_config = whole_number(name, argv[++i], 0, 1000);
+            continue;
+        }
         if (strstr(allowed, key) == NULL) complain("unknown option '%s' for 'flare %s'; see flare --help", name, argv[1]);
         if (strcmp(name, "--json") == 0) { o.json = 1; continue; }
         if (strcmp(name, "--csv") == 0) { o.csv = 1; continue; }
         if (strcmp(name, "--ghosts-only") == 0) { o.ghosts_only = 1; continue; }
         if (strcmp(name, "--across-stop") == 0) { o.paths.across_stop = 1; continue; }
         if (strcmp(name, "--four") == 0) { o.paths.four = FOUR; continue; }
+        if (strcmp(name, "--focus") == 0) { o.focus = 1; continue; }
         if (++i == argc) complain("%s: a value is missing", name);
         value = argv[i];
         if (strcmp(name, "-o") == 0) o.out = value;
+        else if (strcmp(name, "--catalogue") == 0) o.catalogue = value;
         else if (strcmp(name, "--layers") == 0) o.layers = value;
         else if (strcmp(name, "--fit") == 0) o.fit = value;
         else if (strcmp(name, "--ringing") == 0) o.ringing = 1 + second_choice(name, value, "off", "on");
@@ -366,30 +374,17 @@ static options parse(int argc, char **argv, const char *allowed, int operands)
             two_numbers(name, value, ',', -89, 89, &o.ax, &o.ay);
         }
     }
-    if (o.operand_count < operands) complain("'flare %s' needs %s; see flare --help", argv[1], operands == 1 ? "a lens file" : "two arguments");
+    if (o.operand_count < operands) complain("'flare %s' needs %s; see flare --help", argv[1], strcmp(argv[1], "glass") == 0 ? "a name, or ND,VD" : operands == 1 ? "a lens file" : "two arguments");
     return o;
 }
 
 /* ---- lenses ---- */
 
-static void read_lens(const char *path, const lflare_paths *paths, lflare_lens *lens)
-{
-    static lflare_prescription prescription;
-    lflare_error error;
-    char *text;
-    size_t size;
-    lflare_result result = lflare_file_read(path, NULL, NULL, &text, &size, &error);
-    if (result != LFLARE_OK) complain("%s: %s", path, errno != 0 ? strerror(errno) : error.text);
-    result = lflare_text_read(text, size, &prescription, &error);
-    if (result == LFLARE_OK) result = lflare_lens_derive(&prescription, lens, &error);
-    if (result == LFLARE_OK) result = lflare_lens_paths(lens, paths, &error);
-    free(text);
-    if (result != LFLARE_OK) {
-        int line = error.line > 0 ? error.line : 1, column = error.column > 0 ? error.column : 1;
-        fprintf(stderr, "%s:%d:%d: %s\n", path, line, column, error.text);
-        exit(2);
-    }
-}
+static void print_number(double v);
+static output *output_open(const char *path);
+static void output_close(output *o);
+
+#include "import.h"
 
 static void print_json_string(const char *text)
 {
@@ -430,7 +425,8 @@ static int command_info(int argc, char **argv)
     static lflare_lens lens;
     options o = parse(argc, argv, " --json " PATH_OPTIONS, 1);
     const lflare_prescription *p = &lens.prescription;
-    char note[160];
+    char note[200];
+    const char *sentence;
     int i;
     read_lens(o.operands[0], &o.paths, &lens);
     if (o.json) {
@@ -452,9 +448,9 @@ static int command_info(int argc, char **argv)
         if (o.paths.across_stop) printf("\"ghosts_across_stop\": %d, ", ghosts_across(&lens));
         if (o.paths.four > 0) printf("\"ghosts_of_four\": %d, ", (int)lens.four_count);
         printf("\"notes\": [");
-        for (i = 0; i < lens.note_count; i++) {
+        for (i = 0; (sentence = lens_note(&lens, i, note, sizeof note)) != NULL; i++) {
             printf(i > 0 ? ", " : "");
-            print_json_string(lflare_note_text(&lens.notes[i], note, sizeof note));
+            print_json_string(sentence);
         }
         printf("]}\n");
         return finish();
@@ -466,7 +462,7 @@ static int command_info(int argc, char **argv)
     if (o.paths.across_stop) printf(", %d across the stop", ghosts_across(&lens));
     if (o.paths.four > 0) printf(", %d of four reflections", (int)lens.four_count);
     printf("\nsensor_mm %g x %g\n", lens.sensor_width, lens.sensor_height);
-    for (i = 0; i < lens.note_count; i++) printf("note      %s\n", lflare_note_text(&lens.notes[i], note, sizeof note));
+    for (i = 0; (sentence = lens_note(&lens, i, note, sizeof note)) != NULL; i++) printf("note      %s\n", sentence);
     return finish();
 }
 
@@ -1572,12 +1568,13 @@ int main(int argc, char **argv)
         const char *name;
         int (*run)(int, char **);
     } commands[] = {{"info", command_info}, {"ghosts", command_ghosts},   {"trace", command_trace},     {"render", command_render},
-                    {"starburst", command_starburst}, {"fit", command_fit},   {"diagram", command_diagram}, {"compare", command_compare}, {"coating", command_coating}};
+                    {"starburst", command_starburst}, {"fit", command_fit},   {"diagram", command_diagram}, {"compare", command_compare}, {"coating", command_coating},
+                    {"convert", command_convert}, {"check", command_check},   {"glass", command_glass}};
     size_t i;
     int k;
     for (k = 1; k < argc; k++)
         if (strcmp(argv[k], "--help") == 0 || (k == 1 && strcmp(argv[k], "help") == 0)) {
-            fputs(help, stdout);
+            print_help(stdout);
             return finish();
         }
     if (argc > 1 && strcmp(argv[1], "--version") == 0) {
@@ -1585,7 +1582,7 @@ int main(int argc, char **argv)
         return finish();
     }
     if (argc < 2) {
-        fputs(help, stderr);
+        print_help(stderr);
         return 2;
     }
     for (i = 0; i < sizeof commands / sizeof commands[0]; i++)
