@@ -168,8 +168,14 @@
 
    The traced model (H 4) needs no fit. Configure looks with exact rays for what the iris leaves open, per ghost and wavelength at twelve
    field angles: the outline on the entrance, in polar coordinates. A frame lays rings of vertices over it and traces each of them
-   anew, from `surface`, `index` and `film`, with four neighbours for its irradiance; clipping is by interpolated heights (P 7). A map that
-   bends more has more rings; wavelengths that lie over 0.3 pixels apart have meshes of their own.
+   anew, from `steps`, `surface` and `film`, with neighbours for its irradiance; clipping is by interpolated heights (P 7). One mesh serves
+   all wavelengths: where a vertex lands the others' heights are found to first order from one more ray of each. Where that is wrong by over a
+   pixel, or the map turns over, each has its own. Between two field angles meshes have as many rings and directions as the map there bends; where
+   what is open is ragged (in pieces, or it jumps), rims are everywhere.
+
+   More than three wavelengths (settings.wavelengths; P 10). Places and heights at each are made of those at three by a parabola in 1 / lambda^2,
+   W is known for each over the ghost's bundle. One mesh for all is drawn once: what rims cut is added up wavelength by wavelength per pixel. Each
+   edge is softened as far as it moves from one wavelength to the next, so that they blend.
 
    Diffraction (H 3.3, P 9). The light's own image is the iris's power spectrum, folded over the spectrum: kept as means over
    logarithms of the distance and what angles have over them, in units of wavelength times f-number, so that no f-number makes it
@@ -192,7 +198,10 @@
        settings  cull      active ghosts, strongest first: bounds, for the CPU's loop                       28 bytes
        settings  mesh_head ghost: (first texel, directions, rings, diffraction)(hidden angle, bits, meshes, texels a knot)
        settings  mesh      ghost: 12 or 23 angles x 2 texels of the whole, then 5 a vertex, or 3 channels x 3    80 KB to 1.9 MB
-       settings  outline   ghost: for traced rays, 12 field angles x 17 directions x 3 wavelengths                11.6 KB
+       settings  outline   ghost: for traced rays, 12 field angles x 17 directions x 3 wavelengths                12.7 KB
+       settings  steps     ghost: the surfaces that its traced rays meet, in order                             32 bytes each
+       settings  spectrum  ghost: 12 field angles x (centre, half axes)(W over the bundle) of up to 33 wavelengths 7.1 KB
+       settings  films     surface: 128 x R at up to 33 wavelengths                                              16.9 KB
        settings  blades    (normal x y, distance, arc radius) per blade
        settings  mask      what stands in the iris besides: 512 x 512 bytes and its halves                    350 KB
        settings  fringed   the mask as diffraction shows it: 25 pictures of 256 x 256 and their halves        2.2 MB
@@ -200,9 +209,6 @@
        lens      ringing   an edge's fringes: 16 blurs x 256 places across it                                16 KB
        frame     lights    64 bytes each
        instance            ghost, light, patch, band: four 16-bit numbers                                    8 bytes
-
-   What comes next fits without moving these walls. More than three wavelengths: `band` counts triples of wavelengths and rows repeat per
-   band.
 
    BUDGETS
 
@@ -779,7 +785,7 @@ typedef enum lflare_model {
     LFLARE_MODEL_AUTO = 0,   /* polynomial if there is a fit, else paraxial */
     LFLARE_MODEL_PARAXIAL,   /* undistorted ghosts (LE 3) */
     LFLARE_MODEL_POLYNOMIAL, /* near enough to exact rays; needs a fit */
-    LFLARE_MODEL_TRACED      /* exact rays, traced at every vertex in each frame (H 4); needs no fit; configuring it takes 20 to 40 ms a ghost.
+    LFLARE_MODEL_TRACED      /* exact rays, traced at every vertex in each frame (H 4); needs no fit; configuring it takes 5 to 15 ms a ghost.
                                 Not with LFLARE_NO_TRACE */
 } lflare_model;
 

@@ -355,6 +355,10 @@ refused "pixels below 1" '^flare: --pixels: ' render $heliar -o "$dir/c.png" --p
 refused "vertices that are no number" '^flare: --vertices: ' render $heliar -o "$dir/c.png" --vertices many
 refused "a broken lens" '^flare: --imperfection: ' render $heliar -o "$dir/c.png" --imperfection 0.5
 refused "budgets of the reference" '^flare: --model reference draws every ghost' render $heliar -o "$dir/c.png" --model reference --budget 3
+refused "33 wavelengths of traced ghosts" '^flare: --wavelengths: 33 is too many' render $heliar -o "$dir/c.png" --model traced --wavelengths 33
+refused "wavelengths of undistorted ghosts" '^flare: --wavelengths belongs to' render $heliar -o "$dir/c.png" --model paraxial --wavelengths 8
+"$flare" render $heliar -o "$dir/w.pfm" --size 64x36 --model traced --wavelengths 9 --ghosts-only --across-stop --four >"$dir/out" 2>"$dir/err"
+result $? "nine wavelengths of traced ghosts, more paths too"
 refused "two wavelengths" '^flare: --wavelengths: ' render $heliar -o "$dir/c.png" --model reference --wavelengths 2
 refused "a share of a cell" 'whole number' render $heliar -o "$dir/c.png" --model reference --cells 20.5
 refused "cells of the paraxial model" '^flare: --cells belongs to --model reference$' render $heliar -o "$dir/c.png" --cells 20

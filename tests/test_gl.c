@@ -562,6 +562,38 @@ static void styles_equal_software(void **state)
     gl_host_close(&context);
 }
 
+/* Twelve wavelengths, of ghosts that are drawn once for all and of one that is split (4,2); a mask, blades, fringes. */
+static void spectrum_equals_software(int es)
+{
+    lflare_gl_desc desc = describe();
+    lflare_gl *gl;
+    lflare *flare;
+    lflare_settings settings;
+    double found[2];
+    int i, off;
+    if (!open_target(es)) skip();
+    gl = create(&desc);
+    flare = open_lens("lenses/heliar-tronnier.lens", 0, 0);
+    memset(&settings, 0, sizeof settings);
+    settings.model = LFLARE_MODEL_TRACED;
+    settings.no_starburst = 1;
+    settings.wavelengths = 12;
+    settings.fnumber = 8;
+    for (i = 0; i < 2; i++) {
+        settings.blades = i == 0 ? 0 : 6;
+        settings.no_ringing = i == 0;
+        settings.mask.dust_count = i == 0 ? 0 : 20;
+        assert_int_equal(lflare_configure(flare, &settings, NULL), LFLARE_OK);
+        assert_int_equal(lflare_get_tables(flare)->wavelength_count, 12);
+        found[i] = draw_both(gl, flare, 5.45f, 0, 0, &off);
+    }
+    print_message("twelve wavelengths, GL against software: %.1f dB, with blades, fringes and dust %.1f dB\n", found[0], found[1]);
+    assert_true(found[0] >= 40 && found[1] >= 40); /* caustics */
+    lflare_destroy(flare);
+    lflare_gl_destroy(gl);
+    gl_host_close(&context);
+}
+
 /* What changes from one picture to the next, as a share of the light. */
 static double change(const float *a, const float *b)
 {
@@ -785,6 +817,8 @@ static void meshes_equal_software_gl(void **state) { (void)state; meshes_equal_s
 static void meshes_equal_software_es(void **state) { (void)state; meshes_equal_software(1); }
 static void traced_equals_software_gl(void **state) { (void)state; traced_equals_software(0); }
 static void traced_equals_software_es(void **state) { (void)state; traced_equals_software(1); }
+static void spectrum_equals_software_gl(void **state) { (void)state; spectrum_equals_software(0); }
+static void spectrum_equals_software_es(void **state) { (void)state; spectrum_equals_software(1); }
 
 /* As the camera of the occlusion tests has it: 60 degrees high, near plane 0.1, far plane 100 or none, depth reversed or not. */
 static lflare_gl_depth camera(int zero_to_one, int reverse, int infinite, float aspect)
@@ -1695,6 +1729,8 @@ int main(void)
         cmocka_unit_test(meshes_equal_software_gl),
         cmocka_unit_test(traced_equals_software_gl),
         cmocka_unit_test(traced_equals_software_es),
+        cmocka_unit_test(spectrum_equals_software_gl),
+        cmocka_unit_test(spectrum_equals_software_es),
         cmocka_unit_test(meshes_equal_software_es),
         cmocka_unit_test(budgets_are_kept),
         cmocka_unit_test(styles_equal_software),
