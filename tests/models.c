@@ -629,36 +629,40 @@ static double change(const picture *a, const picture *b)
 /* A light that moves out diagonally, 0.05 degrees at a time. */
 static void sweep(subject *s, const options *o)
 {
-    picture before[2], now[2];
-    double worst = 0, mean[2] = {0, 0}, at = 0;
+    enum { DRAWN = 2, ALL };
+    static const lflare_model drawn[DRAWN] = {LFLARE_MODEL_POLYNOMIAL, LFLARE_MODEL_TRACED};
+    picture before[ALL], now[ALL]; /* the last: exact rays' */
+    double worst[DRAWN] = {0, 0}, at[DRAWN] = {0, 0}, mean[ALL] = {0, 0, 0};
     scene c;
-    int i, k;
+    int i, k, m;
     memset(&c, 0, sizeof c);
     c.fnumber = o->fnumber < 0 ? 8 : o->fnumber;
     c.diagonal = 1;
     c.width = o->width / 4;
     c.height = o->height / 4;
     for (i = 0; i <= SWEEP; i++) {
+        double changed[ALL];
         c.angle = 2 + 0.05 * i;
-        now[0] = picture_make(c.width, c.height);
-        render_reference(s, &c, NULL, SWEEP_CELLS, &now[0]);
-        now[1] = draw(s, &c, LFLARE_MODEL_POLYNOMIAL, NULL);
-        for (k = 0; k < 2 * (int)pixels_of(&now[1]); k++)
-            if (!(now[1].rgb[k] >= 0 && now[1].rgb[k] < 1e30f)) complain("%s at %g degrees: a pixel is %g", s->name, c.angle, (double)now[1].rgb[k]);
-        if (i > 0) {
-            double changed[2];
-            for (k = 0; k < 2; k++) {
-                changed[k] = change(&before[k], &now[k]);
-                mean[k] += changed[k] / SWEEP;
-                free(before[k].rgb);
-            }
-            if (changed[1] / changed[0] > worst) worst = changed[1] / changed[0], at = c.angle;
+        now[DRAWN] = picture_make(c.width, c.height);
+        render_reference(s, &c, NULL, SWEEP_CELLS, &now[DRAWN]);
+        for (m = 0; m < DRAWN; m++) {
+            now[m] = draw(s, &c, drawn[m], NULL);
+            for (k = 0; k < 3 * (int)pixels_of(&now[m]); k++)
+                if (!(now[m].rgb[k] >= 0 && now[m].rgb[k] < 1e30f)) complain("%s at %g degrees: a pixel is %g", s->name, c.angle, (double)now[m].rgb[k]);
         }
+        for (k = 0; k < ALL && i > 0; k++) {
+            changed[k] = change(&before[k], &now[k]);
+            mean[k] += changed[k] / SWEEP;
+            free(before[k].rgb);
+        }
+        for (m = 0; m < DRAWN && i > 0; m++)
+            if (changed[m] / changed[DRAWN] > worst[m]) worst[m] = changed[m] / changed[DRAWN], at[m] = c.angle;
         memcpy(before, now, sizeof before);
     }
-    for (k = 0; k < 2; k++) free(before[k].rgb);
-    printf("%d places, f/%g, %d x %d: %.4f of the light changes from one to the next, %.4f of exact rays'; most against theirs %.3f, at %.2f degrees\n", (int)SWEEP,
-           c.fnumber, c.width, c.height, mean[1], mean[0], worst, at);
+    for (k = 0; k < ALL; k++) free(before[k].rgb);
+    for (m = 0; m < DRAWN; m++)
+        printf("%s, %d places, f/%g, %d x %d: %.4f of the light changes from one to the next, %.4f of exact rays'; most against theirs %.3f, at %.2f degrees\n",
+               model_names[POLYNOMIAL + m], (int)SWEEP, c.fnumber, c.width, c.height, mean[m], mean[DRAWN], worst[m], at[m]);
 }
 
 /* ---- command line ---- */
