@@ -114,15 +114,8 @@ void main()
     vec4 whole = mix(mesh(whole_at), mesh(whole_at + g_size), f - float(g_between)), bounds = mix(mesh(whole_at + 1), mesh(whole_at + 1 + g_size), f - float(g_between));
 
     /* ghosts smaller than a pixel, or than what diffraction and the lamp leave, grow: see lflare__patch_grow */
-    float lamp = whole.y * l1.z, entrance = max(whole.z, 1e-6), spread = min(h0.w / entrance, 0.5 * u_half.x);
-    float least = sqrt(2.25 * u_lens.x * u_lens.x + spread * spread + lamp * lamp);
-    float grown = (bounds.z < 0.0 ? -scale : scale) * max(least - whole.x, 0.0) / entrance;
-    float even = clamp(2.0 - scale * whole.x / max(4.0 * u_lens.x, scale * least), 0.0, 1.0);
-    float size2 = scale * max(whole.x, least);
-    size2 *= size2;
-    float wash = PIXEL_VARIANCE * u_lens.x * u_lens.x + 0.25 * g_lamp * g_lamp * whole.y * whole.y, wash5 = max(5.0 * wash, 1e-30);
-    float q = sqrt(size2 / wash5), wide = 2.0 * wash5 * (0.05 + q * (0.1875 + q * (0.25 + q * (0.125 - 0.0125 * q * q))));
-    float gain = size2 / (wash5 <= size2 ? size2 + wash : wide);
+    vec3 growth = grow(whole.x, max(whole.z, 1e-6), whole.y, h0.w, bounds.z < 0.0 ? -scale : scale, l1.z);
+    float grown = growth.x, even = growth.y, gain = growth.z;
 
     int row = gl_VertexID / DIRECTIONS, direction = patch_index % sectors * (DIRECTIONS - 1) + gl_VertexID % DIRECTIONS;
     float side = direction > g_directions ? -1.0 : 1.0, turn = float(direction);
@@ -133,12 +126,9 @@ void main()
     float edge_lamp = split_mesh ? edge.w : edge.z, edge_shrink = split_mesh ? kept_texel(vertex(g_rings, direction) + 1).y : kept_texel(vertex(g_rings, direction) + 1).w;
     float iris_soft = soft(whole.y), bulge = last(0, direction), widest = sqrt(u_spectrum.x / u_spectrum.y);
     float inverse = 1.1 / max(scale * last(g_rings - 1, direction) + abs(grown) * whole.z, 1.5 * u_lens.x);
-    vec4 width = vec4(iris_soft, soft(edge_lamp), widest * fringe(edge_shrink, whole.y, scale), widest * fringe(edge_shrink, edge_lamp, scale)) * inverse; /* see lflare__patch_band */
-    width.zw = min(width.zw, 0.4);
-    width.zw *= step(width.xy, 8.0 * width.zw);
-    vec2 inner = width.xy + 5.0 * width.zw, outer = width.xy + 2.5 * width.zw;
-    float begin = float(g_rings) * max((split_mesh ? last(g_rings, direction) : edge.w) - max(inner.x, inner.y) - u_strip.w - 0.01, 0.0);
-    float end = float(g_rings) * (1.0 + max(outer.x, outer.y) + u_strip.w + 1.2 * bulge);
+    vec2 reach = edges(vec4(iris_soft, soft(edge_lamp), widest * fringe(edge_shrink, whole.y, scale), widest * fringe(edge_shrink, edge_lamp, scale)) * inverse); /* see lflare__patch_band */
+    float begin = float(g_rings) * max((split_mesh ? last(g_rings, direction) : edge.w) - reach.x - u_strip.w - 0.01, 0.0);
+    float end = float(g_rings) * (1.0 + reach.y + u_strip.w + 1.2 * bulge);
     if (ragged) {
         begin = float(block) / float(blocks) * end;
         end *= float(block + 1) / float(blocks);

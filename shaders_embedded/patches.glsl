@@ -44,6 +44,27 @@ float fringe(float shrink, float lamp, float scale)
     return (u_burst[2].w >= 0.0 ? scale : 0.0) * sqrt(0.5 * u_spectrum.y * sqrt(abs(shrink)) * abs(lamp));
 }
 
+/* lflare__patch_grow: ghosts smaller than a pixel, or than what diffraction and the lamp leave, grow, by the first, mm a mm on the entrance; how
+   much triangles decide its irradiance; what the light is multiplied by. turned: the override's scale, negative if the ghost stands upside down */
+vec3 grow(float radius, float entrance, float lamp, float diffraction, float turned, float lamp_radius)
+{
+    float scale = abs(turned), spread = min(diffraction / entrance, 0.5 * u_half.x), disc = lamp * lamp_radius;
+    float least = sqrt(2.25 * u_lens.x * u_lens.x + spread * spread + disc * disc), size2 = scale * max(radius, least);
+    size2 *= size2;
+    float wash = PIXEL_VARIANCE * u_lens.x * u_lens.x + 0.25 * g_lamp * g_lamp * lamp * lamp, wash5 = max(5.0 * wash, 1e-30);
+    float q = sqrt(size2 / wash5), wide = 2.0 * wash5 * (0.05 + q * (0.1875 + q * (0.25 + q * (0.125 - 0.0125 * q * q))));
+    return vec3(turned * max(least - radius, 0.0) / entrance, clamp(2.0 - scale * radius / max(4.0 * u_lens.x, scale * least), 0.0, 1.0), size2 / (wash5 <= size2 ? size2 + wash : wide));
+}
+
+/* How far within and beyond the outline edges of iris and rim reach, from softness and fringes of both: see lflare__profile_make */
+vec2 edges(vec4 width)
+{
+    width.zw = min(width.zw, 0.4);
+    width.zw *= step(width.xy, 8.0 * width.zw);
+    vec2 inner = width.xy + 5.0 * width.zw, outer = width.xy + 2.5 * width.zw;
+    return vec2(max(inner.x, inner.y), max(outer.x, outer.y));
+}
+
 /* lflare__patch_spectrum */
 vec2 spectrum_of(int ghost, float angle, float hidden)
 {

@@ -248,15 +248,9 @@ void main()
     vec4 shape = ragged ? ghosts(g_knot + 4) : knot(0), whole = knot(1), bounds = knot(2), brighter = knot(3); /* centre, half axes, bend; blur of the iris, radius on the sensor, on the entrance, as it stands */
 
     /* ghosts smaller than a pixel, or than what diffraction and the lamp leave, grow: see lflare__patch_grow */
-    float lamp = whole.x * l1.z, entrance = max(whole.z, 1e-6), wide = min(h.y / entrance, 0.5 * u_half.x);
-    float least = sqrt(2.25 * u_lens.x * u_lens.x + wide * wide + lamp * lamp);
-    float grown = (whole.w < 0.0 ? -scale : scale) * max(least - whole.y, 0.0) / entrance;
-    float even = clamp(2.0 - scale * whole.y / max(4.0 * u_lens.x, scale * least), 0.0, 1.0);
-    float size2 = scale * max(whole.y, least);
-    size2 *= size2;
-    float wash = PIXEL_VARIANCE * u_lens.x * u_lens.x + 0.25 * g_lamp * g_lamp * whole.x * whole.x, wash5 = max(5.0 * wash, 1e-30);
-    float q = sqrt(size2 / wash5), far = 2.0 * wash5 * (0.05 + q * (0.1875 + q * (0.25 + q * (0.125 - 0.0125 * q * q))));
-    float gain = size2 / (wash5 <= size2 ? size2 + wash : far);
+    float entrance = max(whole.z, 1e-6);
+    vec3 growth = grow(whole.y, entrance, whole.x, h.y, whole.w < 0.0 ? -scale : scale, l1.z);
+    float grown = growth.x, even = growth.y, gain = growth.z;
 
     int row = gl_VertexID / DIRECTIONS, direction = patch_index % sectors * (DIRECTIONS - 1) + gl_VertexID % DIRECTIONS;
     float side = direction > directions ? -1.0 : 1.0, turn = float(direction);
@@ -268,11 +262,8 @@ void main()
     /* from where to where the rim reaches, in rings: see lflare__traced_band */
     float about = whole.y / entrance, iris_soft = soft(whole.x), widest = sqrt(u_spectrum.x / u_spectrum.y);
     float inverse = 1.1 / max(scale * beside.z + abs(grown) * whole.z, 1.5 * u_lens.x);
-    vec4 width = vec4(iris_soft, soft(beside.w), widest * fringe(about * about, whole.x, scale), widest * fringe(about * about, beside.w, scale)) * inverse;
-    width.zw = min(width.zw, 0.4);
-    width.zw *= step(width.xy, 8.0 * width.zw);
-    vec2 inner = width.xy + 5.0 * width.zw, outer = width.xy + 2.5 * width.zw;
-    float begin = float(rings) * max(beside.y - max(inner.x, inner.y) - u_strip.w - 0.04, 0.0), end = float(rings) * (1.0 + max(outer.x, outer.y) + u_strip.w + 0.04);
+    vec2 reach = edges(vec4(iris_soft, soft(beside.w), widest * fringe(about * about, whole.x, scale), widest * fringe(about * about, beside.w, scale)) * inverse);
+    float begin = float(rings) * max(beside.y - reach.x - u_strip.w - 0.04, 0.0), end = float(rings) * (1.0 + reach.y + u_strip.w + 0.04);
     if (ragged) {
         begin = float(block * (RINGS - 1));
         end = begin + float(RINGS - 1);
