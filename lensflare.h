@@ -3149,6 +3149,7 @@ static int32_t lflare__meshes(const lflare_tables *t, int split) { return !split
 
 /* -- more than three wavelengths -- */
 
+#ifndef LFLARE_NO_TRACE
 #define LFLARE__LONGEST 700.0 /* nm */
 #define LFLARE__SHORTEST 400.0
 
@@ -3165,13 +3166,13 @@ static double lflare__interval(int32_t i, int32_t count)
 /* What an interval of equal power adds to RGB. */
 static void lflare__interval_rgb(int32_t i, int32_t count, double *rgb)
 {
-    enum { PARTS = 16 };
+    const int32_t parts = 16;
     double lo = lflare__interval(i, count), hi = lflare__interval(i + 1, count), part[3];
     int32_t j, k;
     for (k = 0; k < 3; k++) rgb[k] = 0;
-    for (j = 0; j < PARTS; j++) {
-        lflare_wavelength_rgb(lo + (hi - lo) * (j + 0.5) / PARTS, part);
-        for (k = 0; k < 3; k++) rgb[k] += part[k] * fabs(hi - lo) / PARTS;
+    for (j = 0; j < parts; j++) {
+        lflare_wavelength_rgb(lo + (hi - lo) * (j + 0.5) / parts, part);
+        for (k = 0; k < 3; k++) rgb[k] += part[k] * fabs(hi - lo) / parts;
     }
 }
 
@@ -3201,6 +3202,8 @@ static void lflare__spectral_make(lflare_tables *t, int32_t count)
     for (i = t->wavelength_count; i <= LFLARE_MAX_WAVELENGTHS && i > 0; i++) /* shaders take three at a time: what is missing has places, no light */
         memcpy(t->spectral[i], t->spectral[i - 1], sizeof(float) * 4);
 }
+
+#endif
 
 /* Shares of the three that make one of them. */
 static const float lflare__shares[LFLARE_WAVELENGTHS][LFLARE_WAVELENGTHS] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
@@ -7887,8 +7890,9 @@ LFLARE_API lflare_result lflare_tables_configure_begin(const lflare_lens *lens, 
     t->starburst_unit = 0.5f * 550e-6f * t->efl * (float)fabs(lens->stop_a11) / t->iris.radius * (s->starburst_scale > 0 ? s->starburst_scale : 1);
 #ifdef LFLARE__PATCHES
     t->model = s->model != LFLARE_MODEL_AUTO ? s->model : t->mesh != NULL ? LFLARE_MODEL_POLYNOMIAL : LFLARE_MODEL_PARAXIAL;
-    lflare__spectral_make(t, t->model != LFLARE_MODEL_PARAXIAL && t->spectrum != NULL ? s->wavelengths : 0);
+    t->wavelength_count = 0;
 #ifndef LFLARE_NO_TRACE
+    lflare__spectral_make(t, t->model != LFLARE_MODEL_PARAXIAL && t->spectrum != NULL ? s->wavelengths : 0);
     lflare__films_make(lens, t);
 #endif
 #else
