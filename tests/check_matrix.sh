@@ -208,7 +208,7 @@ name=$1 cc="gcc -O1" libs= leaks=1 argument=
 case "$name" in
 test_gl)
     [ -x "build/$name" ] || { skip "$name with sanitisers: it could not be built"; exit 0; }
-    cc="gcc -O2" libs="-lEGL -lGL" leaks=0
+    cc="gcc -O2" libs="-lEGL -lGL" leaks=0 argument=quick
     ;;
 test_aberration) cc="clang -O2" libs=-lpthread argument=quick ;;
 test_reference | test_paths) libs=-lpthread ;;
