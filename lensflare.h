@@ -5365,7 +5365,7 @@ static double lflare__least_closed_of(lflare__finder *f, double slope, int32_t c
             *at = i * step;
         }
     }
-    for (i = 0; i < 24 && best > enough && best < 5; i++) { /* walk to the lower side, halving */
+    for (i = 0; i < (f->tracer != NULL ? 12 : 24) && best > enough && best < 5; i++) { /* walk to the lower side, halving; floats tell no more apart */
         double x = *at, lo, hi;
         step *= 0.6;
         lo = lflare__lead_closed(f, x - step, slope);
@@ -6781,13 +6781,14 @@ typedef struct lflare__outliner {
     int ragged, matching;             /* outlines are ellipses over all; the outer wavelengths are looked at, too */
     double apart, curved, bulged;     /* of the knot, in pixels: what LFLARE__OUTLINE_APART limits; the map from a line, over half the way out; from
                                          one direction to the next */
-    int turned;                       /* the map turns over there */
+    int turned, hides;                /* the map turns over there; what is open hides some of itself from the centre */
 } lflare__outliner;
 
 /* What searches found at the middle wavelength. */
 typedef struct lflare__outline_plan {
     double bounds[LFLARE_OUTLINE_KNOTS][3], width[LFLARE_WAVELENGTHS][LFLARE_OUTLINE_KNOTS], apart[LFLARE_OUTLINE_KNOTS], curved[LFLARE_OUTLINE_KNOTS], bulged[LFLARE_OUTLINE_KNOTS];
-    int open[LFLARE_OUTLINE_KNOTS], hides[LFLARE_OUTLINE_KNOTS], turned[LFLARE_OUTLINE_KNOTS], split[LFLARE_OUTLINE_KNOTS]; /* split: up to the next */
+    int open[LFLARE_OUTLINE_KNOTS], hides[LFLARE_OUTLINE_KNOTS], narrow[LFLARE_OUTLINE_KNOTS], bounded[LFLARE_OUTLINE_KNOTS], turned[LFLARE_OUTLINE_KNOTS], split[LFLARE_OUTLINE_KNOTS]; /* bounded: a bit for each wavelength whose
+                                                   bounds are known; split: up to the next knot */
 } lflare__outline_plan;
 
 static void lflare__outline_at(const lflare__outliner *o, double u, double v, double *x, double *y)
@@ -6865,38 +6866,45 @@ static int lflare__outline_place(lflare__outliner *o)
     return 1;
 }
 
-/* Whether what is open hides some of itself from the centre. */
-static int lflare__outline_hides(lflare__outliner *o)
+/* Whether there is another piece along the mirror plane. */
+static int lflare__outline_parts(lflare__outliner *o)
 {
     const lflare_surface *front = &o->find.lens->prescription.surfaces[0];
     double reach = front->semi_diameter + fabs(lflare_sag(front, front->semi_diameter)) * o->slope;
-    int32_t i, j, k;
     lflare__traced_ray ray;
-    for (j = 0; j <= 4; j++)
-        for (i = -5; i <= 5; i++) {
-            double u = 0.25 * i, v = 0.28 * j;
-            if (lflare__outline_closed(o, o->find.lead, u, v, &ray) > 0.97) continue;
-            for (k = 1; k <= 3; k++)
-                if (lflare__outline_closed(o, o->find.lead, 0.25 * k * u, 0.25 * k * v, &ray) > 1.02) return 1;
-        }
-    for (i = -14; i <= 14; i++) { /* another piece, along the mirror plane */
+    int32_t i;
+    for (i = -14; i <= 14; i++) {
         double x = reach * i / 14;
         if (fabs(x - o->middle) > 1.2 * o->half[0] && lflare__closed_floats(&o->find, o->find.lead, x, 0, o->slope, &ray) < 0.98) return 1;
     }
     return 0;
 }
 
-/* Widens bounds to all that is open, on a grid over the front element: least and greatest x, greatest y. */
-static void lflare__outline_bounds(lflare__outliner *o, double *bounds)
+/* Whether a direction is shut on the way to its edge, or open again behind it: what is there hides from the centre. */
+static int lflare__outline_hides(lflare__outliner *o, double u, double v, double edge)
 {
-    const int32_t across = 24;
+    static const double behind[4] = {1.1, 1.3, 1.6, 2.2};
+    int32_t i;
+    for (i = 1; i <= 3; i++)
+        if (lflare__outline_open(o, 0.25 * i * edge * u, 0.25 * i * edge * v) < -0.02) return 1;
+    for (i = 0; i < 4; i++)
+        if (lflare__outline_open(o, behind[i] * edge * u, behind[i] * edge * v) > 0.03) return 1;
+    return 0;
+}
+
+/* Widens bounds to all that is open: of the outline and, if there may be more, on a grid over the front element: least and greatest x,
+   greatest y. */
+static void lflare__outline_bounds(lflare__outliner *o, int more, double *bounds)
+{
+    const int32_t across = 18;
     const lflare_surface *front = &o->find.lens->prescription.surfaces[0];
-    double reach = front->semi_diameter + fabs(lflare_sag(front, front->semi_diameter)) * o->slope, step = reach / across;
+    double reach = front->semi_diameter + fabs(lflare_sag(front, front->semi_diameter)) * o->slope, step = reach / across, ends = o->bend * o->half[1] * o->half[1];
     lflare__traced_ray ray;
     int32_t i, j;
-    bounds[0] = lflare__min(bounds[0], o->middle - o->half[0]);
-    bounds[1] = lflare__max(bounds[1], o->middle + o->half[0]);
+    bounds[0] = lflare__min(bounds[0], o->middle - o->half[0] + lflare__min(ends, 0));
+    bounds[1] = lflare__max(bounds[1], o->middle + o->half[0] + lflare__max(ends, 0));
     bounds[2] = lflare__max(bounds[2], o->half[1]);
+    if (!more) return;
     for (j = 0; j <= across; j++)
         for (i = -across; i <= across; i++) {
             if (lflare__closed_floats(&o->find, o->find.lead, i * step, j * step, o->slope, &ray) > 1.03) continue;
@@ -6999,6 +7007,7 @@ static void lflare__outline_sides(lflare__outliner *o, lflare__outline_side *sid
 {
     double u, v, guess = 1;
     int32_t d;
+    o->hides = 0;
     for (d = 0; d < LFLARE_OUTLINE_SIDES; d++) {
         lflare__outline_side *s = &sides[d];
         s->edge = s->least = s->most = 1;
@@ -7006,6 +7015,7 @@ static void lflare__outline_sides(lflare__outliner *o, lflare__outline_side *sid
         lflare__outline_direction(d, &u, &v);
         s->edge = s->least = s->most = lflare__outline_extent(o, 0, 0, o->open, u, v, guess);
         if (s->edge > 0) guess = s->edge;
+        if (s->edge > 0 && !o->hides && d % 2 == 0) o->hides = lflare__outline_hides(o, u, v, s->edge);
         if (s->edge > 0 && o->matching && d % 2 == 0) lflare__outline_others(o, u, v, s);
     }
     for (d = 1; d < LFLARE_OUTLINE_SIDES && !o->ragged; d += 2) {
@@ -7194,9 +7204,10 @@ static void lflare__outline_middle(lflare__outliner *o, float hidden, float *kno
         p->bounds[j][0] = HUGE_VAL;
         p->bounds[j][1] = -HUGE_VAL;
         if (!p->open[j]) continue;
-        p->hides[j] = o->open < LFLARE__OUTLINE_NARROW || lflare__outline_hides(o);
         p->width[1][j] = o->half[0];
         lflare__outline_knot(o, knots + j * LFLARE__OUTLINE_KNOT);
+        p->narrow[j] = o->open < LFLARE__OUTLINE_NARROW;
+        p->hides[j] = o->hides || lflare__outline_parts(o);
         p->apart[j] = o->apart;
         p->curved[j] = o->curved;
         p->bulged[j] = o->bulged;
@@ -7239,14 +7250,17 @@ static int lflare__outline_ragged(lflare__outliner *o, float hidden, lflare__out
     float unused[LFLARE__OUTLINE_KNOT], radius[2];
     int32_t i;
     int32_t k;
-    int ragged = p->hides[knot] || p->hides[knot + 1];
-    for (k = 0; k < LFLARE_WAVELENGTHS; k++) ragged |= lflare__outline_jumps(p->width[k], knot);
+    int more = p->hides[knot] || p->hides[knot + 1], ragged = p->narrow[knot] || p->narrow[knot + 1];
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) more |= lflare__outline_jumps(p->width[k], knot);
     ragged |= o->tracer.t->wavelength_count > 0 && p->split[knot]; /* one ellipse for all wavelengths */
-    if (!ragged) return 0;
+    if (!ragged && !more) return 0;
     for (i = knot; i <= knot + 1; i++) {
         o->slope = lflare__outline_slope(i, hidden);
         for (o->find.lead = 0; o->find.lead < LFLARE_WAVELENGTHS; o->find.lead++)
-            if ((o->find.lead == 1 || p->split[knot]) && lflare__outline_place(o)) lflare__outline_bounds(o, p->bounds[i]);
+            if ((o->find.lead == 1 || p->split[knot]) && !(p->bounded[i] >> (o->find.lead + 3 * more) & 1) && lflare__outline_place(o)) {
+                lflare__outline_bounds(o, more, p->bounds[i]);
+                p->bounded[i] |= 1 << (o->find.lead + 3 * more);
+            }
     }
     o->find.lead = 1;
     lflare__outline_ellipse(o, p, knot);
@@ -7277,7 +7291,9 @@ static int lflare__outline_splits(const lflare__outliner *o, const lflare__outli
 /* How wide the outer wavelengths are open, and whether they hide, where they have. */
 static void lflare__outline_look(lflare__outliner *o, float hidden, lflare__outline_plan *p)
 {
+    lflare__outline_side sides[LFLARE_OUTLINE_SIDES];
     int32_t j;
+    o->matching = 0;
     for (j = 0; j < LFLARE_OUTLINE_KNOTS - 1; j++) p->split[j] = lflare__outline_splits(o, p, j);
     for (o->find.lead = 0; o->find.lead < LFLARE_WAVELENGTHS; o->find.lead += 2)
         for (j = 0; j < LFLARE_OUTLINE_KNOTS; j++) {
@@ -7285,9 +7301,11 @@ static void lflare__outline_look(lflare__outliner *o, float hidden, lflare__outl
             o->slope = lflare__outline_slope(j, hidden);
             if (!lflare__outline_place(o)) continue;
             p->width[o->find.lead][j] = o->half[0];
-            p->hides[j] |= lflare__outline_hides(o);
+            lflare__outline_sides(o, sides);
+            p->hides[j] |= o->hides || lflare__outline_parts(o);
         }
     o->find.lead = 1;
+    o->matching = 1;
 }
 
 /* The meshes between knots. Returns whether any is split. */
