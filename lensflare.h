@@ -7950,7 +7950,7 @@ static void lflare__shift(const lflare_lens *lens, const lflare_tables *t, int32
         double moved = x.reflected ? -2 * c * x.n_in * after : -c * (x.n_in - x.n_out) * after;
         for (element = x.surface; element > 0 && n[element] > 1.001; element--) {}
         for (i = 0; i < 2; i++)
-            out[i] += (float)moved * s->imperfection * (float)lens->prescription.surfaces[element].semi_diameter * lflare__noise(s->imperfection_seed, element, i);
+            out[i] = lflare__single((double)out[i] + moved * (double)(s->imperfection * lflare__noise(s->imperfection_seed, element, i)) * lens->prescription.surfaces[element].semi_diameter);
     }
 }
 
@@ -7977,7 +7977,7 @@ static void lflare__style_ghost(const lflare_lens *lens, lflare_tables *t, int32
     for (k = 0; k < 4; k++) style[k] = 1;
     if (s->imperfection > 0) lflare__shift(lens, t, g, s, n, style + 8);
     style[6] = angle;
-    style[7] = 1 / angle;
+    style[7] = 1 / lflare__maxf(angle, 1e-30f);
     for (i = 0; i < s->override_count; i++) {
         const lflare_override *o = &s->overrides[i];
         int tinted = o->tint[0] != 0 || o->tint[1] != 0 || o->tint[2] != 0;
