@@ -5344,11 +5344,154 @@ static double lflare__closed(lflare__finder *f, int32_t k, double x, double y, d
     return lflare__min(lflare__max(stop, ray->relative), 4);
 }
 
-static double lflare__lead_closed(lflare__finder *f, double x, double slope)
+/* LFLARE__LANES rays side by side, as lflare__traced_ray_make: heights alone. open: 0 once a ray is lost, at its `steps`. */
+enum { LFLARE__LANES = 8 };
+typedef struct lflare__lanes {
+    float p[3][LFLARE__LANES], d[3][LFLARE__LANES], normal[3][LFLARE__LANES], stop[2][LFLARE__LANES], widest[LFLARE__LANES], root[LFLARE__LANES];
+    int32_t open[LFLARE__LANES], steps[LFLARE__LANES];
+} lflare__lanes;
+
+/* As lflare__traced_meet without aspheric terms. Square roots, which may set errno, have loops of their own: compilers make vectors of the rest. */
+static void lflare__lanes_meet(const float *s, float way, lflare__lanes *r)
 {
-    lflare__traced_ray floats;
+    float a[LFLARE__LANES], b[LFLARE__LANES], e[LFLARE__LANES], c = s[1], k = s[3];
+    int32_t i;
+    for (i = 0; i < LFLARE__LANES; i++) {
+        float dx = r->d[0][i], dy = r->d[1][i], dz = r->d[2][i], t = -r->p[2][i] / dz, x = r->p[0][i] + t * dx, y = r->p[1][i] + t * dy, root;
+        a[i] = c * (dx * dx + dy * dy + k * dz * dz);
+        b[i] = c * (x * dx + y * dy) - dz;
+        e[i] = c * (x * x + y * y);
+        root = b[i] * b[i] - a[i] * e[i];
+        r->open[i] &= root >= 0;
+        r->root[i] = root >= 0 ? root : 0;
+        r->p[0][i] = x;
+        r->p[1][i] = y;
+    }
+    for (i = 0; i < LFLARE__LANES; i++) r->root[i] = sqrtf(r->root[i]);
+    for (i = 0; i < LFLARE__LANES; i++) {
+        float t = e[i] / (way * r->root[i] - b[i]), x = r->p[0][i] + t * r->d[0][i], y = r->p[1][i] + t * r->d[1][i], z = t * r->d[2][i], n2 = c * k * z - 1;
+        r->p[0][i] = x;
+        r->p[1][i] = y;
+        r->p[2][i] = z;
+        r->normal[0][i] = c * x;
+        r->normal[1][i] = c * y;
+        r->normal[2][i] = n2;
+        r->open[i] &= n2 < 0;
+    }
+    for (i = 0; i < LFLARE__LANES && k != 1; i++) {
+        float norm = 1 / sqrtf(r->normal[0][i] * r->normal[0][i] + r->normal[1][i] * r->normal[1][i] + r->normal[2][i] * r->normal[2][i]);
+        r->normal[0][i] *= norm;
+        r->normal[1][i] *= norm;
+        r->normal[2][i] *= norm;
+    }
+}
+
+/* See lflare__traced_pass. */
+static void lflare__lanes_pass(float eta, int reflected, lflare__lanes *r)
+{
+    float along[LFLARE__LANES];
+    int32_t i;
+    for (i = 0; i < LFLARE__LANES; i++) along[i] = r->d[0][i] * r->normal[0][i] + r->d[1][i] * r->normal[1][i] + r->d[2][i] * r->normal[2][i];
+    if (reflected) {
+        for (i = 0; i < LFLARE__LANES; i++) r->root[i] = -2 * along[i];
+        eta = 1;
+    } else {
+        for (i = 0; i < LFLARE__LANES; i++) {
+            float beyond = 1 - eta * eta * (1 - along[i] * along[i]);
+            r->open[i] &= beyond >= 0;
+            r->root[i] = beyond >= 0 ? beyond : 0;
+        }
+        for (i = 0; i < LFLARE__LANES; i++) r->root[i] = sqrtf(r->root[i]);
+        for (i = 0; i < LFLARE__LANES; i++) r->root[i] = (along[i] < 0 ? -r->root[i] : r->root[i]) - eta * along[i];
+    }
+    for (i = 0; i < LFLARE__LANES; i++) {
+        r->d[0][i] = eta * r->d[0][i] + r->root[i] * r->normal[0][i];
+        r->d[1][i] = eta * r->d[1][i] + r->root[i] * r->normal[1][i];
+        r->d[2][i] = eta * r->d[2][i] + r->root[i] * r->normal[2][i];
+    }
+}
+
+/* From entrance points through all steps, or until all are lost. 0 if a surface is an asphere: then nothing is traced. */
+static int lflare__lanes_trace(const lflare__tracer *o, const float *shares, const float *x, const float *y, lflare__lanes *r)
+{
+    const float *s = o->steps;
+    float norm = 1 / sqrtf(1 + o->slope * o->slope);
+    int32_t i, j, open = 1;
+    memset(r, 0, sizeof *r);
+    for (i = 0; i < LFLARE__LANES; i++) {
+        r->p[0][i] = x[i];
+        r->p[1][i] = y[i];
+        r->d[0][i] = o->slope * norm;
+        r->d[2][i] = norm;
+        r->open[i] = 1;
+    }
+    for (j = 0; j < o->count && open; j++, s += LFLARE_STEP_FLOATS) {
+        int32_t code = (int32_t)s[7];
+        float way = code & LFLARE__STEP_BACK ? -1.0f : 1.0f, radius = code & LFLARE__STEP_STOP ? 1 / o->t->iris.radius : s[2];
+        if (code & LFLARE__STEP_BENT) return 0;
+        for (i = 0; i < LFLARE__LANES; i++) {
+            r->p[2][i] -= s[0];
+            r->open[i] &= r->d[2][i] * way > 0;
+        }
+        lflare__lanes_meet(s, way, r);
+        if ((code & LFLARE__STEP_STOP) && !(code & LFLARE__STEP_REFLECTS)) {
+            for (i = 0; i < LFLARE__LANES; i++) {
+                r->stop[0][i] = r->p[0][i] * radius;
+                r->stop[1][i] = r->p[1][i] * radius;
+            }
+        } else
+            for (i = 0; i < LFLARE__LANES; i++) {
+                float height = (r->p[0][i] * r->p[0][i] + r->p[1][i] * r->p[1][i]) * radius * radius;
+                r->widest[i] = height > r->widest[i] ? height : r->widest[i];
+            }
+        if (!(code & LFLARE__STEP_STOP)) lflare__lanes_pass(s[4] * shares[0] + s[5] * shares[1] + s[6] * shares[2], code & LFLARE__STEP_REFLECTS, r);
+        for (open = 0, i = 0; i < LFLARE__LANES; i++) {
+            open |= r->open[i];
+            r->steps[i] += r->open[i];
+        }
+    }
+    return 1;
+}
+
+/* lflare__closed_floats of LFLARE__LANES rays at about the cost of two. */
+static void lflare__closed_lanes(lflare__finder *f, int32_t k, const double *x, const double *y, double slope, double *closed)
+{
+    const lflare__tracer *o = f->tracer;
+    float at[2][LFLARE__LANES];
+    lflare__traced_ray ray;
+    lflare__lanes r;
+    int32_t i;
+    for (i = 0; i < LFLARE__LANES; i++) {
+        at[0][i] = (float)x[i];
+        at[1][i] = (float)y[i];
+    }
+    f->tracer->slope = (float)slope;
+    if (!lflare__lanes_trace(o, o->ends[k], at[0], at[1], &r)) {
+        for (i = 0; i < LFLARE__LANES; i++) closed[i] = lflare__closed_floats(f, k, x[i], y[i], slope, &ray);
+        return;
+    }
+    for (i = 0; i < LFLARE__LANES; i++) {
+        float t = (o->sensor - r.p[2][i]) / r.d[2][i], sensor[2], stop, landing, relative;
+        sensor[0] = r.p[0][i] + t * r.d[0][i];
+        sensor[1] = r.p[1][i] + t * r.d[1][i];
+        stop = (r.stop[0][i] * r.stop[0][i] + r.stop[1][i] * r.stop[1][i]) * o->t->iris.radius * o->t->iris.radius / (float)(f->iris * f->iris);
+        landing = (sensor[0] * sensor[0] + sensor[1] * sensor[1]) / (float)(f->reach * f->reach);
+        relative = lflare__maxf(lflare__maxf(stop, landing), r.widest[i]);
+        closed[i] = r.open[i] && r.d[2][i] > 0 && lflare__finite((double)relative) ? lflare__min(sqrt((double)relative), 4) : 5 - (double)r.steps[i] / o->count;
+    }
+}
+
+/* How closed the lens is to up to LFLARE__LANES rays of the meridional plane. */
+static void lflare__lead_closed(lflare__finder *f, int32_t count, const double *x, double slope, double *closed)
+{
+    static const double y[LFLARE__LANES] = {0};
+    double at[LFLARE__LANES];
     lflare_ray ray;
-    return f->tracer != NULL ? lflare__closed_floats(f, f->lead, x, 0, slope, &floats) : lflare__closed(f, f->lead, x, 0, slope, &ray, NULL);
+    int32_t i;
+    for (i = 0; i < LFLARE__LANES; i++) at[i] = x[i < count ? i : 0];
+    if (f->tracer != NULL) lflare__closed_lanes(f, f->lead, at, y, slope, closed);
+    else
+        for (i = 0; i < count; i++) closed[i] = lflare__closed(f, f->lead, x[i], 0, slope, &ray, NULL);
 }
 
 /* The least closed ray of the meridional plane, to begin with of 2 `count` + 1: heights are nearly linear in x, so the greatest of
@@ -5356,22 +5499,22 @@ static double lflare__lead_closed(lflare__finder *f, double x, double slope)
 static double lflare__least_closed_of(lflare__finder *f, double slope, int32_t count, double enough, double *at)
 {
     const lflare_surface *front = &f->lens->prescription.surfaces[0];
-    double reach = front->semi_diameter + fabs(lflare_sag(front, front->semi_diameter)) * slope, best = 9, step = reach / count;
-    int32_t i;
-    for (i = -count; i <= count; i++) {
-        double c = lflare__lead_closed(f, i * step, slope);
-        if (c < best) {
-            best = c;
-            *at = i * step;
-        }
+    double reach = front->semi_diameter + fabs(lflare_sag(front, front->semi_diameter)) * slope, best = 9, step = reach / count, x[LFLARE__LANES], closed[LFLARE__LANES];
+    int32_t i, j, some, sides = f->tracer != NULL ? LFLARE__LANES / 2 : 1, rounds = f->tracer != NULL ? 5 : 24; /* floats tell no more apart */
+    for (i = -count; i <= count; i += some) {
+        some = i + LFLARE__LANES <= count + 1 ? LFLARE__LANES : count + 1 - i;
+        for (j = 0; j < some; j++) x[j] = (i + j) * step;
+        lflare__lead_closed(f, some, x, slope, closed);
+        for (j = 0; j < some; j++)
+            if (closed[j] < best) best = closed[j], *at = x[j];
     }
-    for (i = 0; i < (f->tracer != NULL ? 12 : 24) && best > enough && best < 5; i++) { /* walk to the lower side, halving; floats tell no more apart */
-        double x = *at, lo, hi;
-        step *= 0.6;
-        lo = lflare__lead_closed(f, x - step, slope);
-        hi = lflare__lead_closed(f, x + step, slope);
-        if (lo < best) best = lo, *at = x - step;
-        if (hi < best) best = hi, *at = x + step;
+    for (i = 0; i < rounds && best > enough && best < 5; i++) { /* walk to the lower side */
+        double middle = *at;
+        step *= sides > 1 ? 1.0 / sides : 0.6;
+        for (j = 0; j < 2 * sides; j++) x[j] = middle + (j < sides ? j - sides : j - sides + 1) * step;
+        lflare__lead_closed(f, 2 * sides, x, slope, closed);
+        for (j = 0; j < 2 * sides; j++)
+            if (closed[j] < best) best = closed[j], *at = x[j];
     }
     return best;
 }
@@ -6811,34 +6954,86 @@ static double lflare__outline_open(lflare__outliner *o, double u, double v)
     return 1 - lflare__outline_closed(o, o->find.lead, u, v, &ray);
 }
 
-/* How far from (u, v), open so far, along (du, dv) it stays open, found by regula falsi: heights are nearly linear. */
-static double lflare__outline_extent(lflare__outliner *o, double u, double v, double open_near, double du, double dv, double guess)
+/* How open the lens is at up to LFLARE__LANES places. */
+static void lflare__outline_opens(lflare__outliner *o, int32_t count, const double *u, const double *v, double *open)
 {
-    double near = 0, far = guess, open_far = 0;
+    double x[LFLARE__LANES], y[LFLARE__LANES];
     int32_t i;
-    if (open_near <= 0) return 0;
-    for (i = 0; i < 16; i++) {
-        open_far = lflare__outline_open(o, u + far * du, v + far * dv);
-        if (fabs(open_far) < 1e-3) return far;
-        if (open_far < 0) break;
-        near = far;
-        open_near = open_far;
-        far *= lflare__clamp(1 + 1.2 * open_far, 1.02, 1.5);
+    for (i = 0; i < LFLARE__LANES; i++) lflare__outline_at(o, u[i < count ? i : 0], v[i < count ? i : 0], &x[i], &y[i]);
+    lflare__closed_lanes(&o->find, o->find.lead, x, y, o->slope, open);
+    for (i = 0; i < count; i++) open[i] = 1 - open[i];
+}
+
+/* A search along a direction from a place that is open so far: between near and far, once that is shut, lies the edge. */
+typedef struct lflare__outline_search {
+    double u, v, du, dv, near, far, open_near, open_far, at;
+    int32_t tries; /* since far is shut; before, none */
+    int shut, done;
+} lflare__outline_search;
+
+/* Where to look next. */
+static void lflare__outline_next(lflare__outline_search *s)
+{
+    double share = s->tries % 3 == 2 ? 0.5 : lflare__clamp(s->open_near / (s->open_near - s->open_far), 0.02, 0.98);
+    s->at = s->shut ? s->near + share * (s->far - s->near) : s->far;
+}
+
+/* Takes what is open there. Regula falsi: heights are nearly linear. */
+static void lflare__outline_found(lflare__outline_search *s, double open)
+{
+    s->tries++;
+    s->done = fabs(open) < 1e-3;
+    if (s->done) s->far = s->at;
+    else if (open > 0) {
+        s->near = s->at;
+        s->open_near = open;
+        if (!s->shut) s->far *= lflare__clamp(1 + 1.2 * open, 1.02, 1.5);
+    } else {
+        if (!s->shut) s->tries = 0;
+        s->shut = 1;
+        s->far = s->at;
+        s->open_far = open;
     }
-    for (i = 0; i < 24 && far - near > 2e-3 * far; i++) {
-        double share = i % 3 == 2 ? 0.5 : lflare__clamp(open_near / (open_near - open_far), 0.02, 0.98), middle = near + share * (far - near);
-        double open = lflare__outline_open(o, u + middle * du, v + middle * dv);
-        if (fabs(open) < 1e-3) return middle;
-        if (open > 0) near = middle, open_near = open;
-        else far = middle, open_far = open;
+    s->done |= s->tries >= 24 - 8 * !s->shut || (s->shut && s->far - s->near <= 2e-3 * s->far);
+}
+
+/* How far from (u, v), open so far, along up to LFLARE__LANES directions (du, dv) it stays open. extents: first guesses, then the result. */
+static void lflare__outline_extents(lflare__outliner *o, double u, double v, double open, int32_t count, const double *du, const double *dv, double *extents)
+{
+    lflare__outline_search searches[LFLARE__LANES];
+    double x[LFLARE__LANES] = {0}, y[LFLARE__LANES] = {0}, there[LFLARE__LANES];
+    int32_t i, going = open > 0;
+    for (i = 0; i < count; i++) {
+        memset(&searches[i], 0, sizeof searches[i]);
+        searches[i].far = extents[i];
+        searches[i].open_near = open;
     }
-    return far;
+    while (going) {
+        for (i = 0; i < count; i++) {
+            if (!searches[i].done) lflare__outline_next(&searches[i]);
+            x[i] = u + searches[i].at * du[i];
+            y[i] = v + searches[i].at * dv[i];
+        }
+        lflare__outline_opens(o, count, x, y, there);
+        for (going = 0, i = 0; i < count; i++) {
+            if (!searches[i].done) lflare__outline_found(&searches[i], there[i]);
+            going |= !searches[i].done;
+        }
+    }
+    for (i = 0; i < count; i++) extents[i] = open > 0 ? searches[i].far : 0;
+}
+
+static double lflare__outline_extent(lflare__outliner *o, double open, double du, double dv, double guess)
+{
+    lflare__outline_extents(o, 0, 0, open, 1, &du, &dv, &guess);
+    return guess;
 }
 
 /* Centre, half axes and bend of what is open; 0 if nothing is: then the centre is where least is missing. */
 static int lflare__outline_place(lflare__outliner *o)
 {
-    double reach = o->find.lens->prescription.surfaces[0].semi_diameter, x, lo, hi, up, least, open;
+    static const double both[2] = {1, -1}, none[2] = {0};
+    double reach = o->find.lens->prescription.surfaces[0].semi_diameter, x, up, least, ends[2];
     o->bend = o->middle = 0;
     o->half[0] = o->half[1] = 1;
     least = lflare__least_closed(&o->find, o->slope, 0.9, &x);
@@ -6846,21 +7041,18 @@ static int lflare__outline_place(lflare__outliner *o)
         o->middle = x;
         return 0;
     }
-    hi = x + lflare__outline_extent(o, x, 0, 1 - least, 1, 0, 0.3 * reach);
-    lo = x - lflare__outline_extent(o, x, 0, 1 - least, -1, 0, hi - x);
-    x = 0.5 * (lo + hi);
-    o->middle = x;
-    o->half[0] = lflare__max(0.5 * (hi - lo), 1e-5 * reach);
+    ends[0] = ends[1] = 0.3 * reach;
+    lflare__outline_extents(o, x, 0, 1 - least, 2, both, none, ends);
+    o->middle = x + 0.5 * (ends[0] - ends[1]);
+    o->half[0] = lflare__max(0.5 * (ends[0] + ends[1]), 1e-5 * reach);
     o->open = lflare__outline_open(o, 0, 0);
-    up = o->half[1] = lflare__outline_extent(o, 0, 0, o->open, 0, 1, o->half[0]);
+    up = o->half[1] = lflare__outline_extent(o, o->open, 0, 1, o->half[0]);
     if (up > 0) {
-        double right, left;
         o->half[1] = 0.7 * up;
-        open = lflare__outline_open(o, 0, 1);
-        right = lflare__outline_extent(o, 0, 1, open, 1, 0, 0.7);
-        left = lflare__outline_extent(o, 0, 1, open, -1, 0, right);
-        o->bend = o->half[0] * 0.5 * (right - left) / (o->half[1] * o->half[1]);
-        o->half[1] = lflare__outline_extent(o, 0, 0, o->open, 0, 1, 1.0 / 0.7) * o->half[1];
+        ends[0] = ends[1] = 0.7;
+        lflare__outline_extents(o, 0, 1, lflare__outline_open(o, 0, 1), 2, both, none, ends);
+        o->bend = o->half[0] * 0.5 * (ends[0] - ends[1]) / (o->half[1] * o->half[1]);
+        o->half[1] *= lflare__outline_extent(o, o->open, 0, 1, 1.0 / 0.7);
     }
     o->half[1] = lflare__max(o->half[1], 1e-5 * reach);
     return 1;
@@ -6871,11 +7063,13 @@ static int lflare__outline_parts(lflare__outliner *o)
 {
     const lflare_surface *front = &o->find.lens->prescription.surfaces[0];
     double reach = front->semi_diameter + fabs(lflare_sag(front, front->semi_diameter)) * o->slope;
-    lflare__traced_ray ray;
-    int32_t i;
-    for (i = -14; i <= 14; i++) {
-        double x = reach * i / 14;
-        if (fabs(x - o->middle) > 1.2 * o->half[0] && lflare__closed_floats(&o->find, o->find.lead, x, 0, o->slope, &ray) < 0.98) return 1;
+    double x[LFLARE__LANES], closed[LFLARE__LANES];
+    int32_t i, j;
+    for (i = -2 * LFLARE__LANES; i < 2 * LFLARE__LANES; i += LFLARE__LANES) {
+        for (j = 0; j < LFLARE__LANES; j++) x[j] = reach * (i + j + 0.5) / (2 * LFLARE__LANES);
+        lflare__lead_closed(&o->find, LFLARE__LANES, x, o->slope, closed);
+        for (j = 0; j < LFLARE__LANES; j++)
+            if (fabs(x[j] - o->middle) > 1.2 * o->half[0] && closed[j] < 0.98) return 1;
     }
     return 0;
 }
@@ -6883,12 +7077,16 @@ static int lflare__outline_parts(lflare__outliner *o)
 /* Whether a direction is shut on the way to its edge, or open again behind it: what is there hides from the centre. */
 static int lflare__outline_hides(lflare__outliner *o, double u, double v, double edge)
 {
-    static const double behind[4] = {1.1, 1.3, 1.6, 2.2};
+    static const double places[LFLARE__LANES] = {0.2, 0.4, 0.6, 0.8, 1.1, 1.3, 1.6, 2.2};
+    double x[LFLARE__LANES], y[LFLARE__LANES], open[LFLARE__LANES];
     int32_t i;
-    for (i = 1; i <= 3; i++)
-        if (lflare__outline_open(o, 0.25 * i * edge * u, 0.25 * i * edge * v) < -0.02) return 1;
-    for (i = 0; i < 4; i++)
-        if (lflare__outline_open(o, behind[i] * edge * u, behind[i] * edge * v) > 0.03) return 1;
+    for (i = 0; i < LFLARE__LANES; i++) {
+        x[i] = places[i] * edge * u;
+        y[i] = places[i] * edge * v;
+    }
+    lflare__outline_opens(o, LFLARE__LANES, x, y, open);
+    for (i = 0; i < LFLARE__LANES; i++)
+        if (places[i] < 1 ? open[i] < -0.02 : open[i] > 0.03) return 1;
     return 0;
 }
 
@@ -6896,21 +7094,28 @@ static int lflare__outline_hides(lflare__outliner *o, double u, double v, double
    greatest y. */
 static void lflare__outline_bounds(lflare__outliner *o, int more, double *bounds)
 {
-    const int32_t across = 18;
+    const int32_t across = 20; /* rows of whole lanes */
     const lflare_surface *front = &o->find.lens->prescription.surfaces[0];
     double reach = front->semi_diameter + fabs(lflare_sag(front, front->semi_diameter)) * o->slope, step = reach / across, ends = o->bend * o->half[1] * o->half[1];
-    lflare__traced_ray ray;
-    int32_t i, j;
+    int32_t i, j, k;
     bounds[0] = lflare__min(bounds[0], o->middle - o->half[0] + lflare__min(ends, 0));
     bounds[1] = lflare__max(bounds[1], o->middle + o->half[0] + lflare__max(ends, 0));
     bounds[2] = lflare__max(bounds[2], o->half[1]);
     if (!more) return;
     for (j = 0; j <= across; j++)
-        for (i = -across; i <= across; i++) {
-            if (lflare__closed_floats(&o->find, o->find.lead, i * step, j * step, o->slope, &ray) > 1.03) continue;
-            bounds[0] = lflare__min(bounds[0], (i - 0.7) * step);
-            bounds[1] = lflare__max(bounds[1], (i + 0.7) * step);
-            bounds[2] = lflare__max(bounds[2], (j + 0.7) * step);
+        for (i = -across; i < across; i += LFLARE__LANES) {
+            double x[LFLARE__LANES], y[LFLARE__LANES], closed[LFLARE__LANES];
+            for (k = 0; k < LFLARE__LANES; k++) {
+                x[k] = (i + k + 0.5) * step;
+                y[k] = j * step;
+            }
+            lflare__closed_lanes(&o->find, o->find.lead, x, y, o->slope, closed);
+            for (k = 0; k < LFLARE__LANES; k++) {
+                if (closed[k] > 1.03) continue;
+                bounds[0] = lflare__min(bounds[0], x[k] - 0.7 * step);
+                bounds[1] = lflare__max(bounds[1], x[k] + 0.7 * step);
+                bounds[2] = lflare__max(bounds[2], y[k] + 0.7 * step);
+            }
         }
 }
 
@@ -7002,21 +7207,33 @@ static void lflare__outline_direction(int32_t d, double *u, double *v)
     *v = d == 0 || d == LFLARE_OUTLINE_SIDES - 1 ? 0 : sin(LFLARE__PI * d / (LFLARE_OUTLINE_SIDES - 1));
 }
 
-/* All directions; the other wavelengths are looked at in every second one. */
+/* All directions, and how far out they are open to the leading wavelength; of a ragged outline, 1. */
+static void lflare__outline_edges(lflare__outliner *o, double *u, double *v, double *edges)
+{
+    int32_t d, some;
+    for (d = 0; d < LFLARE_OUTLINE_SIDES; d++) {
+        lflare__outline_direction(d, &u[d], &v[d]);
+        edges[d] = 1;
+    }
+    for (d = 0; d < LFLARE_OUTLINE_SIDES && !o->ragged; d += some) {
+        some = LFLARE_OUTLINE_SIDES - d < LFLARE__LANES ? LFLARE_OUTLINE_SIDES - d : LFLARE__LANES;
+        lflare__outline_extents(o, 0, 0, o->open, some, u + d, v + d, edges + d);
+    }
+}
+
+/* Those; the other wavelengths are looked at in every second one. */
 static void lflare__outline_sides(lflare__outliner *o, lflare__outline_side *sides)
 {
-    double u, v, guess = 1;
+    double u[LFLARE_OUTLINE_SIDES], v[LFLARE_OUTLINE_SIDES], edges[LFLARE_OUTLINE_SIDES];
     int32_t d;
     o->hides = 0;
+    lflare__outline_edges(o, u, v, edges);
     for (d = 0; d < LFLARE_OUTLINE_SIDES; d++) {
         lflare__outline_side *s = &sides[d];
-        s->edge = s->least = s->most = 1;
-        if (o->ragged) continue;
-        lflare__outline_direction(d, &u, &v);
-        s->edge = s->least = s->most = lflare__outline_extent(o, 0, 0, o->open, u, v, guess);
-        if (s->edge > 0) guess = s->edge;
-        if (s->edge > 0 && !o->hides && d % 2 == 0) o->hides = lflare__outline_hides(o, u, v, s->edge);
-        if (s->edge > 0 && o->matching && d % 2 == 0) lflare__outline_others(o, u, v, s);
+        s->edge = s->least = s->most = edges[d];
+        if (o->ragged || !(edges[d] > 0) || d % 2 != 0) continue;
+        if (!o->hides) o->hides = lflare__outline_hides(o, u[d], v[d], s->edge);
+        if (o->matching) lflare__outline_others(o, u[d], v[d], s);
     }
     for (d = 1; d < LFLARE_OUTLINE_SIDES && !o->ragged; d += 2) {
         const lflare__outline_side *a = &sides[d - 1], *b = &sides[d + 1];
@@ -7035,7 +7252,7 @@ static void lflare__outline_store(lflare__outliner *o, int32_t d, const lflare__
     if (o->inscribed < 1) {
         lflare__outline_direction(d, &u, &v);
         o->find.iris *= o->inscribed;
-        least = lflare__min(least, lflare__outline_extent(o, 0, 0, lflare__outline_open(o, 0, 0), u, v, s->edge)) - (s->most - s->least);
+        least = lflare__min(least, lflare__outline_extent(o, lflare__outline_open(o, 0, 0), u, v, s->edge)) - (s->most - s->least);
         o->find.iris /= o->inscribed;
     }
     *inner = lflare__clamp((s->edge - 1.1 * (s->edge - least)) / *outer, 0, 1);
@@ -7433,13 +7650,38 @@ static void lflare__spectrum_ghost(const lflare_lens *lens, lflare_tables *t, in
     }
 }
 
+/* Half way between two knots what is open may reach farther out than half way between their outlines: both grow by as much. */
+static void lflare__outline_between(lflare__outliner *o, float hidden, int32_t knot, float *a)
+{
+    float *b = a + LFLARE__OUTLINE_KNOT;
+    double u[LFLARE_OUTLINE_SIDES], v[LFLARE_OUTLINE_SIDES], edges[LFLARE_OUTLINE_SIDES];
+    int32_t d, k;
+    o->slope = tan((double)lflare__knot_angle(2 * knot + 1, hidden, 2 * LFLARE_OUTLINE_KNOTS - 1));
+    o->middle = 0.5 * (double)(a[0] + b[0]);
+    for (k = 0; k < 2; k++) o->half[k] = 0.5 * (double)(a[1 + k] + b[1 + k]);
+    o->bend = 0.5 * (double)(a[3] + b[3]) / (o->half[1] * o->half[1]);
+    o->open = lflare__outline_open(o, 0, 0);
+    lflare__outline_edges(o, u, v, edges);
+    for (d = 0; d < LFLARE_OUTLINE_SIDES; d++) {
+        float *from = a + LFLARE__OUTLINE_WHOLE + 4 * d, *to = b + LFLARE__OUTLINE_WHOLE + 4 * d, outer = 0.5f * (from[0] + to[0]), rate = 0.5f * (from[2] + to[2]);
+        float more = lflare__minf((float)edges[d] - outer, 0.5f);
+        if (!(from[0] > 0) || !(to[0] > 0) || !(more * rate > outer * (float)o->pixel)) continue;
+        for (; from != NULL; from = from == to ? NULL : to) {
+            float grows = 1 + more / from[0];
+            from[0] *= grows;
+            from[1] /= grows;
+            from[2] *= grows;
+        }
+    }
+}
+
 static void lflare__outline_ghost(const lflare_lens *lens, lflare_tables *t, int32_t g, const double n[][LFLARE_MAX_SURFACES + 1])
 {
     float *all = t->outline + (size_t)g * LFLARE_OUTLINE_FLOATS, *middle = all + LFLARE__OUTLINE_ONE + LFLARE__OUTLINE_HEAD, hidden;
     const float *head = t->head + (size_t)g * LFLARE_HEAD_FLOATS;
     lflare__outliner o;
     lflare__outline_plan p;
-    int32_t k;
+    int32_t k, j;
     int any;
     memset(all, 0, sizeof(float) * LFLARE_OUTLINE_FLOATS);
     memset(&p, 0, sizeof p);
@@ -7454,6 +7696,9 @@ static void lflare__outline_ghost(const lflare_lens *lens, lflare_tables *t, int
         if (k != 1 && !any) continue;
         o.find.lead = k;
         lflare__outline_alone(&o, hidden, middle, &p, one + LFLARE__OUTLINE_HEAD);
+        for (j = 0; j + 1 < LFLARE_OUTLINE_KNOTS; j++)
+            if ((k == 1 || p.split[j]) && p.open[j] && p.open[j + 1] && !((int32_t)middle[j * LFLARE__OUTLINE_KNOT + 11] & 256))
+                lflare__outline_between(&o, hidden, j, one + LFLARE__OUTLINE_HEAD + j * LFLARE__OUTLINE_KNOT);
         one[0] = hidden;
         one[1] = 0.61e-6f * t->wavelengths[k] * head[4 * k + 3];
     }
