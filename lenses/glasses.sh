@@ -1,14 +1,15 @@
 #!/bin/sh
 # glasses.sh HEADER: prints the header with the block between its "glasses begin" and "glasses end" lines made anew from the
-# tables beside this script: glasses.csv (makers' Sellmeier coefficients) and glasses_listed.csv (nd and Vd of what is obsolete
-# or of other makers). What is listed but has its own coefficients, or a successor named N-..., is left out.
+# tables beside this script: glasses.csv (makers' Sellmeier coefficients) and glasses_listed.csv (nd and, where known, Vd of what
+# is obsolete or of other makers). What is listed but has its own coefficients, or a successor named N-..., is left out.
 set -eu
 here=$(dirname "$0")
 awk '{ print } /glasses begin/ { exit }' "$1"
 awk -F, '
 function plain(name) { name = toupper(name); gsub(/[^A-Z0-9]/, "", name); return name }
 function number(v) { return (v ~ /[.eE]/ ? v : v ".0") "f" }
-FNR == 1 { file++; next }
+FNR == 1 { file++ }
+FNR == 1 || /^#/ || /^name,/ { next }
 file == 1 {
     if (length($1) > 14) { print "glasses.sh: the name " $1 " is too long" >"/dev/stderr"; exit 1 }
     if ($2 != maker) { makers = makers (makers == "" ? "" : ", ") "\"" $2 "\""; maker = $2; count++ }

@@ -437,6 +437,31 @@ static void test_glass_table(void **state)
     assert_int_equal(lensimport_glass_get(-1, (lensimport_glass *)other.text), LFLARE_ERROR_ARGUMENT);
 }
 
+/* Every row of the list says what it was checked against, and is found by its name, unless a glass with coefficients is. */
+static void test_glass_list(void **state)
+{
+    char *text, *at;
+    size_t size;
+    int32_t listed = 0;
+    (void)state;
+    assert_int_equal(lflare_file_read("lenses/glasses_listed.csv", NULL, NULL, &text, &size, NULL), LFLARE_OK);
+    text = (char *)realloc(text, size + 1);
+    text[size] = 0;
+    for (at = strstr(text, "\nname,") + 1, at = strchr(at, '\n') + 1; *at != 0; at = strchr(at, '\n') + 1) {
+        char name[32], evidence[100];
+        double nd, vd = 0;
+        lensimport_glass g;
+        if (sscanf(at, "%31[^,],%lf,%lf,%99[^\n]", name, &nd, &vd, evidence) != 4) assert_int_equal(sscanf(at, "%31[^,],%lf,,%99[^\n]", name, &nd, evidence), 3);
+        if (lensimport_glass_find(name, strlen(name), NULL, &g) != LENSIMPORT_MATCH_NUMBERS) continue;
+        listed++;
+        assert_near(g.nd, nd, 1e-9);
+        assert_near(g.vd, vd, 1e-9);
+        assert_int_equal(g.medium.kind, vd == 0 ? LFLARE_MEDIUM_CONSTANT : LFLARE_MEDIUM_ABBE);
+    }
+    free(text);
+    assert_true(listed > 300);
+}
+
 static const struct {
     const char *asked, *prefer, *name;
     lensimport_match match;
@@ -471,7 +496,17 @@ static const struct {
     {"JLAK14_HIKARI", NULL, "N-LAK14", LENSIMPORT_MATCH_SUCCESSOR, 1.6968, 55.41},
     {"JLASF05_HIKARI", NULL, "J-LASF05", LENSIMPORT_MATCH_NUMBERS, 1.83481, 42.73},
     {"KFK5_SUMITA", NULL, "N-FK5", LENSIMPORT_MATCH_SUCCESSOR, 1.48749, 70.41},
-    {"MFCD1_HOYA", NULL, "FCD1", LENSIMPORT_MATCH_NUMBERS, 1.497, 81.61},
+    {"MFCD1_HOYA", NULL, "M-FCD1", LENSIMPORT_MATCH_NUMBERS, 1.4971, 81.49},
+    {"LAC7", NULL, "LAC7", LENSIMPORT_MATCH_NUMBERS, 1.6516, 58.44},
+    {"SSK4", NULL, "SSK4", LENSIMPORT_MATCH_NUMBERS, 1.61765, 55.14},
+    {"LAKN6", NULL, "LAKN6", LENSIMPORT_MATCH_NUMBERS, 1.6425, 0}, /* its Vd is not known */
+    {"F4", NULL, "F4", LENSIMPORT_MATCH_NUMBERS, 1.61659, 36.63}, /* Schott's */
+    {"F4", "SCHOTT CDGM", "F4", LENSIMPORT_MATCH_NUMBERS, 1.61659, 36.63},
+    {"F4", "HOYA CDGM SCHOTT", "H-F4", LENSIMPORT_MATCH_SUCCESSOR, 1.62005, 36.35},
+    {"H-LAF3", NULL, "H-LAF3B", LENSIMPORT_MATCH_SUCCESSOR, 1.744, 44.9}, /* not N-LAF3 */
+    {"H-ZLAF53A", NULL, "H-ZLAF53B", LENSIMPORT_MATCH_SUCCESSOR, 1.834, 37.21},
+    {"H-SF6", NULL, "", LENSIMPORT_MATCH_NONE, 0, 0},
+    {"K-SFLD6_SUMITA", NULL, "SFLD6", LENSIMPORT_MATCH_NUMBERS, 1.80518, 25.46},
     {"SLAL8_OHARA", NULL, "S-LAL8", LENSIMPORT_MATCH_NAME, 1.713, 53.87},
     {"J-LASF05", NULL, "J-LASF05", LENSIMPORT_MATCH_NUMBERS, 1.83481, 42.73},
     {"E-FD10", NULL, "FD10", LENSIMPORT_MATCH_NUMBERS, 1.72825, 28.32},
@@ -1120,7 +1155,7 @@ static void test_places(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_written), cmocka_unit_test(test_samples), cmocka_unit_test(test_sample_notes), cmocka_unit_test(test_glass_table), cmocka_unit_test(test_glass_names),
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_written), cmocka_unit_test(test_samples), cmocka_unit_test(test_sample_notes), cmocka_unit_test(test_glass_table), cmocka_unit_test(test_glass_list), cmocka_unit_test(test_glass_names),
                                        cmocka_unit_test(test_zmx), cmocka_unit_test(test_zmx_zoom), cmocka_unit_test(test_report_text), cmocka_unit_test(test_seq), cmocka_unit_test(test_bench), cmocka_unit_test(test_tables), cmocka_unit_test(test_markup),
                                        cmocka_unit_test(test_options), cmocka_unit_test(test_refused), cmocka_unit_test(test_sentences), cmocka_unit_test(test_cut), cmocka_unit_test(test_mutated), cmocka_unit_test(test_limits),
                                        cmocka_unit_test(test_time), cmocka_unit_test(test_places)};
