@@ -9,13 +9,13 @@ root=$(pwd)
 B=build/fuzz_import
 mkdir -p "$B"
 status=0
+clang -std=c99 -g -O2 -fsanitize=fuzzer,address,undefined,float-cast-overflow -fno-sanitize-recover=undefined,float-cast-overflow \
+    -I. -Itests tests/fuzz_import.c -o "$B/fuzz" -lm
 for format in ${FORMATS:-2 3 4 5 6 7 8 9}; do
-    only=
-    [ "$format" = all ] || only=-DFUZZ_FORMAT=$format
+    only=$format
+    [ "$format" = all ] && only=0
     mkdir -p "$B/corpus-$format"
-    clang -std=c99 -g -O2 -fsanitize=fuzzer,address,undefined,float-cast-overflow -fno-sanitize-recover=undefined,float-cast-overflow \
-        $only -I. -Itests tests/fuzz_import.c -o "$B/fuzz-$format" -lm
-    (cd "$B" && "./fuzz-$format" "corpus-$format" "$root/tests/fuzz_seeds_import" -dict="$root/tests/fuzz_import.dict" -max_len=8000 -timeout=120 -rss_limit_mb=2000 \
+    (cd "$B" && FUZZ_FORMAT=$only ./fuzz "corpus-$format" "$root/tests/fuzz_seeds_import" -dict="$root/tests/fuzz_import.dict" -max_len=8000 -timeout=120 -rss_limit_mb=2000 \
         -artifact_prefix="found-$format-" -max_total_time="$seconds" >"log-$format" 2>&1) || status=1
     echo "format $format: $(grep -E '^(Done|reached)' "$B/log-$format" | tr '\n' ' ')"
     grep -hE 'check failed|runtime error|SUMMARY: [AUl]' "$B/log-$format" || true
