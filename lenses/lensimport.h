@@ -32,7 +32,8 @@
    FORMATS, recognised by content, never by a file's name
 
        Zemax .zmx                    UTF-16 of either order, UTF-8, Latin-1; zoom configurations; catalogue and model glasses
-       Zemax prescription report     text, columns by tabs or by width; indices of unknown glasses from its own table
+       Zemax prescription report     text, columns by tabs or by width; indices of unknown glasses and zoom configurations from its
+                                     own tables
        CODE V .seq                   radius or curvature mode, private glasses, zoom positions
        PhotonsToPhotos Optical Bench text with [sections]; zoom and focus states
        pbrt .dat                     gaps behind or in front of each row, told apart
@@ -1588,6 +1589,18 @@ static lensimport_match lensimport__find_melt(const char *name, size_t size, len
     return LENSIMPORT_MATCH_NONE;
 }
 
+/* HOYA's MC-TAFD51-50 and MP-TAFD51 are M-TAFD51, moulded in other ways. */
+static lensimport_match lensimport__find_mould(const char *name, size_t size, lensimport_glass *out)
+{
+    char mould[24];
+    size_t n = 5 < size ? 5 : size;
+    while (n < size && name[n] != '-') n++;
+    if (n > sizeof mould) return LENSIMPORT_MATCH_NONE;
+    mould[0] = 'M';
+    memcpy(mould + 1, name + 2, n - 2);
+    return lensimport__find_exact(mould, n - 1, NULL, out);
+}
+
 /* Without its maker's prefix (J-LAK14, E-FD10, MC-FD80) or a quality's suffix (SF6HT, SF57HTULTRA): the same glass type. CDGM's
    types are other makers' by number, not by name. */
 static lensimport_match lensimport__find_stripped(const char *name, size_t size, const char *prefer, lensimport_glass *out)
@@ -1596,6 +1609,7 @@ static lensimport_match lensimport__find_stripped(const char *name, size_t size,
     lensimport_match match = LENSIMPORT_MATCH_NONE;
     size_t i, k;
     if (size > 2 && name[1] == '-' && (lensimport__upper(name[0]) == 'H' || lensimport__upper(name[0]) == 'D')) return lensimport__find_melt(name, size, out);
+    if (size > 2 && lensimport__upper(name[0]) == 'M' && name[2] == '-' && (lensimport__upper(name[1]) == 'C' || lensimport__upper(name[1]) == 'P')) match = lensimport__find_mould(name, size, out);
     for (i = 1; i <= 2 && i + 1 < size && match == LENSIMPORT_MATCH_NONE; i++) {
         if (name[i] != '-') continue;
         match = lensimport__find_exact(name + i + 1, size - i - 1, prefer, out);
@@ -1642,6 +1656,7 @@ LENSIMPORT_API lensimport_match lensimport_glass_find(const char *name, size_t s
     lensimport_glass g;
     double nd, vd, half[2];
     size_t i, k;
+    int32_t parts = 2; /* at its end that may not be the glass's */
     if (name == NULL || out == NULL || size == 0 || size > 40) return LENSIMPORT_MATCH_NONE;
     memset(&g, 0, sizeof g);
     if (lensimport__code(name, size, &nd, &vd, half)) {
@@ -1658,9 +1673,10 @@ LENSIMPORT_API lensimport_match lensimport_glass_find(const char *name, size_t s
         return g.match;
     }
     match = lensimport__find_any(name, size, prefer, &g);
-    for (i = size; i > 1 && match == LENSIMPORT_MATCH_NONE; i--) { /* NBK7_SCHOTT, L-TIM28_MOLD */
+    for (i = size; i > 1 && match == LENSIMPORT_MATCH_NONE && parts > 0; i--) { /* NBK7_SCHOTT, L-TIM28_MOLD, E48R_2017_ZEON */
         char maker[16];
         if (name[i - 1] != '_') continue;
+        parts--;
         k = size - i;
         if (k > 0 && k < sizeof maker && lensimport__maker(name + i, k) >= 0) {
             memcpy(maker, name + i, k);
@@ -1670,7 +1686,6 @@ LENSIMPORT_API lensimport_match lensimport_glass_find(const char *name, size_t s
             match = lensimport__find_any(name, i - 1, prefer, &g);
         }
         if (match == LENSIMPORT_MATCH_NONE) match = lensimport__find_fused(name, i - 1, name + i, k, &g);
-        break;
     }
     if (match != LENSIMPORT_MATCH_NONE) *out = g;
     return match;
@@ -2552,6 +2567,11 @@ typedef struct lensimport__zmx {
     int32_t fields, field_type;
     double field[2][12];
     int32_t solved;          /* surface whose gap is solved for the image, -1 none */
+    int32_t pick_count;      /* gaps that are others times `scale` plus `offset` */
+    struct {
+        int32_t surface, from;
+        double scale, offset;
+    } pick[LFLARE_MAX_SURFACES];
 } lensimport__zmx;
 
 /* FNUM 2.8 0 and the like; fields of no interest are left unread. */
@@ -2614,7 +2634,12 @@ static int lensimport__zmx_glass(lensimport__reader *r, lensimport__zmx *z)
     if (lensimport__word(r)) lensimport__number(r, &nd);
     if (lensimport__word(r)) lensimport__number(r, &vd);
     if (lensimport__same(name, size, "___BLANK") || !lensimport__set_glass(r, m, name, size, r->line)) {
-        if (flag == 0 && !lensimport__same(name, size, "___BLANK")) { /* said in the end, if nothing worse is found */
+        int picked = flag == 2 && pickup >= 0 && pickup < r->p->surface_count - 1;
+        if (picked && r->p->surfaces[(int32_t)pickup].medium.kind != LFLARE_MEDIUM_AIR) { /* the default 1.5, 40 may stand behind it */
+            *m = r->p->surfaces[(int32_t)pickup].medium;
+            return 1;
+        }
+        if (flag != 1 && flag != 2 && !lensimport__same(name, size, "___BLANK")) { /* said in the end, if nothing worse is found */
             z->s->line = r->line;
             return 1;
         }
@@ -2643,6 +2668,33 @@ static int lensimport__zmx_parameter(lensimport__reader *r, lensimport__zmx *z, 
         lensimport__refuse(r, LENSIMPORT_REFUSED_TILT, r->line, "COORDBRK", 8);
     }
     return 1;
+}
+
+/* "PZUP surface scale offset": the gap is another's. The rows hold the current zoom state; another one needs the rule. */
+static void lensimport__zmx_pickup(lensimport__reader *r, lensimport__zmx *z)
+{
+    double from, scale = 1, offset = 0;
+    if (z->pick_count == LFLARE_MAX_SURFACES || !lensimport__word(r) || !lensimport__number(r, &from) || !(from >= 0 && from < 1000)) return;
+    if (lensimport__word(r)) lensimport__number(r, &scale);
+    if (lensimport__word(r)) lensimport__number(r, &offset);
+    z->pick[z->pick_count].surface = r->p->surface_count - 1;
+    z->pick[z->pick_count].from = (int32_t)from;
+    z->pick[z->pick_count].scale = scale;
+    z->pick[z->pick_count++].offset = offset;
+}
+
+/* Before the zoom table: rules that the rows do not follow are not understood, and said. */
+static void lensimport__zmx_check_pickups(lensimport__reader *r, lensimport__zmx *z)
+{
+    int32_t i, n = 0;
+    for (i = 0; i < z->pick_count && z->config != z->current; i++) {
+        int32_t from = z->pick[i].from;
+        double gap = r->p->surfaces[z->pick[i].surface].thickness;
+        double rule = from < r->p->surface_count ? z->pick[i].scale * r->p->surfaces[from].thickness + z->pick[i].offset : HUGE_VAL;
+        if (fabs(rule - gap) <= 1e-6 * (1 + fabs(gap))) z->pick[n++] = z->pick[i];
+        else lensimport__note(r, LENSIMPORT_NOTE_CONFIG_PARTLY, r->line, 0, 0, "PZUP");
+    }
+    z->pick_count = n;
 }
 
 /* A line of a surface; the word is read. */
@@ -2676,6 +2728,7 @@ static int lensimport__zmx_surface(lensimport__reader *r, lensimport__zmx *z)
         return 1;
     }
     if (lensimport__is(r, "MAZH")) { z->solved = r->p->surface_count - 1; return 1; }
+    if (lensimport__is(r, "PZUP")) { lensimport__zmx_pickup(r, z); return 1; }
     if (lensimport__is(r, "SQAP") || lensimport__is(r, "ELAP") || lensimport__is(r, "UDAP")) {
         lensimport__note(r, LENSIMPORT_NOTE_APERTURE_IGNORED, r->line, 0, 0, lensimport__is(r, "SQAP") ? "SQAP" : lensimport__is(r, "ELAP") ? "ELAP" : "UDAP");
     } else if (lensimport__is(r, "OBDC")) {
@@ -2772,6 +2825,16 @@ static int lensimport__strip(lensimport__reader *r)
     return 1;
 }
 
+/* What follows from the zoom table in another state than the rows'. */
+static void lensimport__zmx_other_state(lensimport__reader *r, lensimport__zmx *z)
+{
+    int32_t i;
+    for (i = 0; i < z->pick_count; i++) r->p->surfaces[z->pick[i].surface].thickness = z->pick[i].scale * r->p->surfaces[z->pick[i].from].thickness + z->pick[i].offset;
+    if (z->solved >= 0 && z->solved == r->p->surface_count - 2) r->facts.gap_unknown = 1;
+    else if (z->solved >= 0) lensimport__note(r, LENSIMPORT_NOTE_CONFIG_PARTLY, r->p->surfaces[z->solved].line, 0, 0, "MAZH");
+    lensimport__forget_stop(r);
+}
+
 static int lensimport__read_zmx(lensimport__reader *r)
 {
     lensimport__zmx z;
@@ -2792,7 +2855,11 @@ static int lensimport__read_zmx(lensimport__reader *r)
         if (lensimport__is(r, "SURF")) { lensimport__zmx_begin(r, &z); continue; }
         if (r->p->surface_count == 0) { lensimport__zmx_header(r, &z); continue; }
         z.s = NULL; /* merit functions and tolerances, until the zoom table */
-        if (lensimport__is(r, "MNUM")) { table = 1; lensimport__zmx_configs(r, &z); }
+        if (lensimport__is(r, "MNUM")) {
+            table = 1;
+            lensimport__zmx_configs(r, &z);
+            lensimport__zmx_check_pickups(r, &z);
+        }
         else if (table) lensimport__zmx_operand(r, &z);
     }
     if (r->failed != LFLARE_OK || lensimport__refused(r)) return 0;
@@ -2801,8 +2868,7 @@ static int lensimport__read_zmx(lensimport__reader *r)
         if (z.field_type == 0 && h > r->facts.field_degrees) r->facts.field_degrees = h;
         if ((z.field_type == 2 || z.field_type == 3) && h > r->facts.image_radius) r->facts.image_radius = h;
     }
-    if (z.config != z.current && z.solved >= 0 && z.solved == r->p->surface_count - 2) r->facts.gap_unknown = 1;
-    if (z.config != z.current) lensimport__forget_stop(r);
+    if (z.config != z.current) lensimport__zmx_other_state(r, &z);
     return lensimport__strip(r);
 }
 
@@ -2926,6 +2992,7 @@ static void lensimport__report_general(lensimport__reader *r)
 {
     double v = 0;
     if (lensimport__report_value(r, "Effective Focal Length", &v) && r->report->stated_efl == 0) r->report->stated_efl = v;
+    else if (lensimport__report_value(r, "Entrance Pupil Diameter", &v)) r->facts.epd = v;
     else if (lensimport__report_value(r, "Image Space F/#", &v) && r->p->fnumber == 0) r->p->fnumber = v;
     else if (lensimport__report_value(r, "Lens Units", NULL)) {
         r->facts.scale = lensimport__begins(r->word, r->word_size, "Centim") ? 10 : lensimport__begins(r->word, r->word_size, "Inch") ? 25.4 : lensimport__begins(r->word, r->word_size, "Meter") ? 1000 : 1;
@@ -2996,18 +3063,117 @@ static int lensimport__report_index(lensimport__reader *r, double *nm, int32_t *
     return 1;
 }
 
+/* What a report's zoom table says of the state that is wanted; the rows are in the state of its head. */
+typedef struct lensimport__report_zoom {
+    int32_t wanted, block;      /* state, 0 for the rows'; that whose lines are being read */
+    int32_t seen;               /* the wanted one has lines */
+    int32_t pupil, image_space; /* the aperture is set as the entrance pupil's diameter, or as the f-number */
+    int32_t last_set, last_solved;
+} lensimport__report_zoom;
+
+/* "System Aperture : Image Space F/# = 2.8" */
+static void lensimport__report_aperture(lensimport__reader *r, lensimport__report_zoom *z)
+{
+    if (!lensimport__report_value(r, "System Aperture", NULL)) return;
+    r->next = (size_t)(r->word - r->text);
+    lensimport__rest(r);
+    z->pupil = lensimport__begins(r->word, r->word_size, "Entrance Pupil Diameter");
+    z->image_space = lensimport__begins(r->word, r->word_size, "Image Space F/#");
+}
+
+/* An operand that is not followed, unless it does not matter here. */
+static void lensimport__report_unfollowed(lensimport__reader *r, const char *name)
+{
+    static const char harmless[] = " X-FIELD Y-FIELD FIELD WAVE WAVELENGTH WEIGHT TEMPERATURE PRESSURE MOFF TITLE ";
+    char padded[28];
+    size_t i;
+    lensimport__format(padded, sizeof padded, " %s ", name);
+    for (i = 0; padded[i] != 0; i++) padded[i] = lensimport__upper(padded[i]);
+    if (strstr(harmless, padded) == NULL) lensimport__note(r, LENSIMPORT_NOTE_CONFIG_PARTLY, r->line, 0, 0, name);
+}
+
+/* "Configuration   2:", then "  1 Thickness   8 :   17.3". */
+static void lensimport__report_state(lensimport__reader *r, lensimport__report_zoom *z)
+{
+    double v = 0, surface = -1;
+    char name[24];
+    const char *colon = (const char *)memchr(r->text, ':', r->length);
+    lflare_surface *s;
+    r->next = 0;
+    if (colon == NULL || !lensimport__word(r)) return;
+    if (lensimport__is(r, "Configuration")) {
+        r->next = (size_t)(r->word + r->word_size - r->text);
+        if (lensimport__word(r) && lensimport__read_number(r->word, r->word[r->word_size - 1] == ':' ? r->word_size - 1 : r->word_size, &v) && v >= 1 && v < 1000) z->block = (int32_t)v;
+        return;
+    }
+    if (z->wanted == 0 || z->block != z->wanted || !lensimport__number(r, &v) || !lensimport__word(r)) return;
+    z->seen = 1;
+    lensimport__clean(r->word, r->word_size, 0, name, sizeof name);
+    while (lensimport__word(r) && r->word < colon)
+        if (!lensimport__number(r, &surface)) surface = -1;
+    r->next = (size_t)(colon + 1 - r->text);
+    s = surface >= 0 && surface < r->p->surface_count ? &r->p->surfaces[(int32_t)surface] : NULL;
+    if (!lensimport__word(r) || !lensimport__number(r, &v)) s = NULL;
+    if (s != NULL && strcmp(name, "Thickness") == 0) {
+        s->thickness = v;
+        z->last_set |= surface == r->p->surface_count - 2;
+    } else if (s != NULL && strcmp(name, "Curvature") == 0) {
+        lensimport__set_curvature(s, v);
+    } else if (s != NULL && strcmp(name, "Conic") == 0) {
+        s->conic = v;
+    } else if (strcmp(name, "Aperture") == 0) {
+        if (z->pupil) r->facts.epd = v;
+        else if (z->image_space) r->p->fnumber = v;
+    } else {
+        lensimport__report_unfollowed(r, name);
+    }
+}
+
+/* "Thickness of  20 : Solve, marginal ray height": in another state it is another one. */
+static void lensimport__report_solve(lensimport__reader *r, lensimport__report_zoom *z)
+{
+    double v = 0;
+    r->next = 0;
+    if (z->wanted == 0 || !lensimport__word(r) || !lensimport__is(r, "Thickness") || !lensimport__word(r) || !lensimport__word(r) || !lensimport__number(r, &v)) return;
+    lensimport__rest(r);
+    if (strstr(r->text, "ariable") != NULL) return;
+    if (v == r->p->surface_count - 2) z->last_solved = 1;
+    else lensimport__note(r, LENSIMPORT_NOTE_CONFIG_PARTLY, r->line, 0, 0, "Solve");
+}
+
+/* Another state than the rows' is wanted: what the head says holds for theirs. */
+static int lensimport__report_other_state(lensimport__reader *r, const lensimport__report_zoom *z)
+{
+    int32_t i;
+    if (z->wanted > r->report->config_count) { r->report->config = z->wanted; return 1; } /* said for all formats alike */
+    if (!z->seen) return lensimport__fail_at(r, LFLARE_ERROR_ARGUMENT, 0, 0, "this report has zoom state %i alone", r->report->config);
+    r->report->config = z->wanted;
+    r->report->stated_efl = 0;
+    if (!z->image_space) r->p->fnumber = 0;
+    if (!z->pupil) r->facts.epd = 0;
+    if (r->p->fnumber > 0 || r->facts.epd > 0)
+        for (i = 0; i < r->p->surface_count; i++)
+            if (r->p->surfaces[i].is_stop) r->p->surfaces[i].semi_diameter = 0;
+    if (z->last_solved && !z->last_set) r->facts.gap_unknown = 1;
+    return 1;
+}
+
 static int lensimport__read_report(lensimport__reader *r)
 {
-    enum { GENERAL, TITLES, ROWS, DETAIL, INDEX, REST } part = GENERAL;
+    enum { GENERAL, TITLES, ROWS, DETAIL, STATES, SOLVES, INDEX, REST } part = GENERAL;
     lensimport__table table;
+    lensimport__report_zoom zoom;
     double nm[LENSIMPORT__WAVES];
     int32_t surface = -1, waves = 0;
+    memset(&zoom, 0, sizeof zoom);
     while (r->failed == LFLARE_OK && lensimport__line(r)) {
         size_t at = 0;
         while (at < r->length && lensimport__blank(r->text[at])) at++;
         if (at == r->length) continue;
         if (lensimport__begins(r->text + at, r->length - at, "SURFACE DATA SUMMARY")) { if (r->p->surface_count == 0) part = TITLES; continue; }
         if (lensimport__begins(r->text + at, r->length - at, "SURFACE DATA DETAIL")) { part = DETAIL; continue; }
+        if (lensimport__begins(r->text + at, r->length - at, "MULTI-CONFIGURATION DATA")) { part = STATES; continue; }
+        if (lensimport__begins(r->text + at, r->length - at, "SOLVE AND VARIABLE DATA")) { part = SOLVES; continue; }
         if (lensimport__begins(r->text + at, r->length - at, "INDEX OF REFRACTION DATA")) { part = INDEX; continue; }
         if (part == TITLES) {
             lensimport__titles(r, &table);
@@ -3017,15 +3183,20 @@ static int lensimport__read_report(lensimport__reader *r)
         } else if (part == DETAIL) {
             if (r->text[at] >= 'A' && r->text[at] <= 'Z' && r->text[r->length - 1] == ':' && !lensimport__begins(r->text + at, r->length - at, "Surface")) part = REST;
             else lensimport__report_detail(r, &surface);
+        } else if (part == STATES) {
+            lensimport__report_state(r, &zoom);
+        } else if (part == SOLVES) {
+            lensimport__report_solve(r, &zoom);
         } else if (part == INDEX) {
             lensimport__report_index(r, nm, &waves);
         } else if (part == GENERAL) {
             lensimport__report_general(r);
+            lensimport__report_aperture(r, &zoom);
+            zoom.wanted = r->desc->config == r->report->config ? 0 : r->desc->config;
         }
     }
     if (r->failed != LFLARE_OK || lensimport__refused(r)) return 0;
-    if (r->desc->config > 0 && r->desc->config != r->report->config && r->report->config_count > 1)
-        return lensimport__fail_at(r, LFLARE_ERROR_ARGUMENT, 0, 0, "this report has zoom state %i alone", r->report->config);
+    if (zoom.wanted > 0 && !lensimport__report_other_state(r, &zoom)) return 0;
     return lensimport__strip(r);
 }
 
@@ -3038,6 +3209,8 @@ typedef struct lensimport__seq {
     int32_t radii;     /* surfaces have radii, not curvatures */
     int32_t surface;   /* row that commands belong to, -1 none */
     int32_t zooms, image_seen, clear; /* clear: the surface has a plain CIR */
+    int32_t solved;    /* surface whose gap leads to the paraxial image in the first zoom position, 0 none */
+    double solved_gap;
     int32_t private_table, waves, glasses;
     double nm[LENSIMPORT__WAVES];
     double n[LENSIMPORT__PRIVATE][LENSIMPORT__WAVES];
@@ -3292,6 +3465,18 @@ static int lensimport__seq_system(lensimport__reader *r, lensimport__seq *q)
     return 1;
 }
 
+static void lensimport__seq_do(lensimport__reader *r, lensimport__seq *q, int zoomed);
+
+/* Behind ZOO: what has a value for each position. */
+static void lensimport__seq_zoomed(lensimport__reader *r, lensimport__seq *q)
+{
+    static const char followed[] = " FNO EPD NA THI RDY RAD CUY CUF K A B C D E F G H J CIR XDE YDE ZDE ADE BDE CDE STO ", harmless[] = " THC CCY GLC YAN XAN YOB XOB YIM XIM YRI XRI WTF WTW WTC TIT VUX VLX VUY VLY POS REF WL PIM ";
+    char name[12];
+    if (lensimport__among(r, followed)) lensimport__seq_do(r, q, 1);
+    else if (r->desc->config > 1 && !q->quoted && !lensimport__among(r, harmless))
+        lensimport__note(r, LENSIMPORT_NOTE_CONFIG_PARTLY, r->line, 0, 0, lensimport__clean(r->word, r->word_size, 0, name, sizeof name));
+}
+
 /* A command; its first word is read. */
 static void lensimport__seq_do(lensimport__reader *r, lensimport__seq *q, int zoomed)
 {
@@ -3305,7 +3490,7 @@ static void lensimport__seq_do(lensimport__reader *r, lensimport__seq *q, int zo
         lensimport__seq_surface(r, q);
     } else if (lensimport__is(r, "ZOO") || lensimport__is(r, "ZOOM")) {
         if (zoomed || !lensimport__seq_word(r, q)) return;
-        if (!lensimport__number(r, &v)) lensimport__seq_do(r, q, 1);
+        if (!lensimport__number(r, &v)) lensimport__seq_zoomed(r, q);
         else if (v >= 1 && v < 1000) q->zooms = (int32_t)v;
     } else if (lensimport__is(r, "STO")) {
         int32_t surface = q->surface;
@@ -3313,6 +3498,9 @@ static void lensimport__seq_do(lensimport__reader *r, lensimport__seq *q, int zo
         if (surface > 0 && surface < r->p->surface_count) r->p->surfaces[surface].is_stop = 1;
     } else if (lensimport__among(r, " FNO EPD NA THI RDY RAD CUY CUF K A B C D E F G H J CIR XDE YDE ZDE ADE BDE CDE ")) {
         lensimport__seq_parameter(r, q, zoomed);
+    } else if (lensimport__is(r, "PIM") && q->surface > 0) {
+        q->solved = q->surface;
+        q->solved_gap = r->p->surfaces[q->surface].thickness;
     } else if (lensimport__among(r, " REFL RMD ")) {
         if (lensimport__is(r, "REFL") || (lensimport__seq_word(r, q) && lensimport__begins(r->word, r->word_size, "REFL")))
             lensimport__refuse(r, LENSIMPORT_REFUSED_MIRROR, r->line, r->word, r->word_size);
@@ -3361,6 +3549,7 @@ static int lensimport__read_seq(lensimport__reader *r)
         lensimport__set_glass(r, &s->medium, name, strlen(name), s->line);
     }
     if (r->desc->config > 1) lensimport__forget_stop(r);
+    if (r->desc->config > 1 && q.solved > 0 && q.solved == r->p->surface_count - 2 && r->p->surfaces[q.solved].thickness == q.solved_gap) r->facts.gap_unknown = 1;
     r->report->config_count = q.zooms;
     r->report->config = r->desc->config > 0 ? r->desc->config : 1;
     return lensimport__strip(r);
@@ -3655,7 +3844,7 @@ static int lensimport__read_pbrt(lensimport__reader *r)
     int named = 0;
     int32_t i, stops = 0;
     while (r->failed == LFLARE_OK && lensimport__line(r)) {
-        if (!lensimport__word(r)) continue;
+        if (!lensimport__word(r) || lensimport__is(r, "radius")) continue;
         if (r->word[0] != '#') { lensimport__pbrt_row(r); continue; }
         if (named++) continue;
         r->next = (size_t)(r->word + 1 - r->text);
@@ -3945,16 +4134,33 @@ static int lensimport__json_string(lensimport__reader *r, lensimport__value *v)
     return ch != 0 || lensimport__fail_at(r, LFLARE_ERROR_SYNTAX, r->line, lensimport__column(r), "the text ends within a string");
 }
 
+/* LensSim's members are named by their number and may stand in any order. */
+static void lensimport__json_sort(lflare_prescription *p, double *number)
+{
+    int32_t i, k;
+    for (i = 1; i < p->surface_count; i++) {
+        lflare_surface s = p->surfaces[i];
+        double n = number[i];
+        for (k = i; k > 0 && number[k - 1] > n; k--) {
+            p->surfaces[k] = p->surfaces[k - 1];
+            number[k] = number[k - 1];
+        }
+        p->surfaces[k] = s;
+        number[k] = n;
+    }
+}
+
 /* A JSON text flattened: an object within the list lens_elements, or named lens0, lens1 ..., is a row. */
 static int lensimport__read_json(lensimport__reader *r)
 {
     lensimport__value v;
     lensimport__element e;
     lflare_surface *s = NULL;
-    double stop = -1;
+    double stop = -1, number[LFLARE_MAX_SURFACES];
     int32_t depth = 0, list = 0, row = 0, numbered = 0, ended = 0;
     char ch;
     memset(&v, 0, sizeof v);
+    memset(number, 0, sizeof number);
     memset(&e, 0, sizeof e);
     while (r->failed == LFLARE_OK && !ended && (ch = lensimport__char(r)) != 0) {
         if (lensimport__space(ch) || ch == ',' || ch == ':') continue;
@@ -3967,6 +4173,7 @@ static int lensimport__read_json(lensimport__reader *r)
                 memset(&e, 0, sizeof e);
                 row = depth;
                 numbered |= named;
+                if (named) lensimport__read_number(v.key + 4, strlen(v.key + 4), &number[r->p->surface_count - 1]);
             }
             v.key[0] = 0;
         } else if (ch == '}' || ch == ']') {
@@ -3998,6 +4205,7 @@ static int lensimport__read_json(lensimport__reader *r)
     }
     if (r->failed != LFLARE_OK) return 0;
     if (!ended) return lensimport__fail_at(r, LFLARE_ERROR_SYNTAX, r->line, lensimport__column(r), "the text ends within an object");
+    if (numbered) lensimport__json_sort(r->p, number);
     if (stop >= 0 && stop < r->p->surface_count && r->p->surfaces[(int32_t)stop].radius == 0) r->p->surfaces[(int32_t)stop].is_stop = 1;
     lensimport__find_plane_stop(r->p);
     if (numbered) lensimport__shift_gaps(r);
@@ -4031,7 +4239,12 @@ static lensimport_format lensimport__sniff_line(lensimport__reader *r, int32_t *
     if (lensimport__is(r, "VERS") || lensimport__is(r, "SURF")) return lensimport__word(r) && lensimport__number(r, &v) ? LENSIMPORT_ZEMAX : LENSIMPORT_UNKNOWN;
     if (lensimport__is(r, "MODE")) return lensimport__word(r) && (lensimport__is(r, "SEQ") || lensimport__is(r, "NSC")) ? LENSIMPORT_ZEMAX : LENSIMPORT_UNKNOWN;
     if (lensimport__begins(r->word, r->word_size, "RDM") && (r->word_size == 3 || r->word[3] == ';')) return LENSIMPORT_CODEV;
-    if (lensimport__is(r, "SO")) return lensimport__word(r) && lensimport__number(r, &v) && lensimport__word(r) && lensimport__number(r, &v) ? LENSIMPORT_CODEV : LENSIMPORT_UNKNOWN;
+    if (lensimport__is(r, "SO")) {
+        if (!lensimport__word(r) || !lensimport__number(r, &v) || !lensimport__word(r)) return LENSIMPORT_UNKNOWN;
+        for (at = 0; at < r->word_size && r->word[at] != ';' && r->word[at] != '!'; at++) {}
+        return lensimport__read_number(r->word, at, &v) ? LENSIMPORT_CODEV : LENSIMPORT_UNKNOWN;
+    }
+    if (lensimport__is(r, "radius")) return LENSIMPORT_UNKNOWN; /* titles without a '#' */
     if (r->word[0] != '#' && ++*said > 1) return LENSIMPORT_UNKNOWN; /* pbrt's tables begin with a row, but for comments */
     for (i = 0; lensimport__number(r, &v); i++)
         if (i == 3) return LENSIMPORT_PBRT;
