@@ -1589,6 +1589,12 @@ static lensimport_match lensimport__find_melt(const char *name, size_t size, len
     return LENSIMPORT_MATCH_NONE;
 }
 
+/* K-LASFN9, KLAK7: Sumita numbers its lanthanum glasses in its own way. */
+static int lensimport__sumita_lanthanum(const char *name, size_t size)
+{
+    return size > 4 && (lensimport__alike(name, 3, "KLA") || lensimport__alike(name, 4, "KLA"));
+}
+
 /* HOYA's MC-TAFD51-50 and MP-TAFD51 are M-TAFD51, moulded in other ways. */
 static lensimport_match lensimport__find_mould(const char *name, size_t size, lensimport_glass *out)
 {
@@ -1611,7 +1617,7 @@ static lensimport_match lensimport__find_stripped(const char *name, size_t size,
     if (size > 2 && name[1] == '-' && (lensimport__upper(name[0]) == 'H' || lensimport__upper(name[0]) == 'D')) return lensimport__find_melt(name, size, out);
     if (size > 2 && lensimport__upper(name[0]) == 'M' && name[2] == '-' && (lensimport__upper(name[1]) == 'C' || lensimport__upper(name[1]) == 'P')) match = lensimport__find_mould(name, size, out);
     for (i = 1; i <= 2 && i + 1 < size && match == LENSIMPORT_MATCH_NONE; i++) {
-        if (name[i] != '-') continue;
+        if (name[i] != '-' || lensimport__sumita_lanthanum(name, size)) continue;
         match = lensimport__find_exact(name + i + 1, size - i - 1, prefer, out);
         if (match == LENSIMPORT_MATCH_NONE) match = lensimport__find_successor(name + i + 1, size - i - 1, NULL, out);
     }
@@ -1642,9 +1648,8 @@ static lensimport_match lensimport__find_fused(const char *name, size_t size, co
     lensimport_match match = LENSIMPORT_MATCH_NONE;
     size_t i;
     for (i = 0; i < sizeof fused / sizeof fused[0] && match == LENSIMPORT_MATCH_NONE; i++) {
-        if (size < 3 || lensimport__upper(name[0]) != fused[i].letter || !lensimport__alike(maker, maker_size, fused[i].maker)) continue;
-        match = lensimport__find_exact(name + 1, size - 1, NULL, out);
-        if (match == LENSIMPORT_MATCH_NONE) match = lensimport__find_successor(name + 1, size - 1, NULL, out);
+        if (size < 3 || lensimport__upper(name[0]) != fused[i].letter || !lensimport__alike(maker, maker_size, fused[i].maker) || lensimport__sumita_lanthanum(name, size)) continue;
+        match = lensimport__find_any(name + 1, size - 1, NULL, out);
         if (match == LENSIMPORT_MATCH_NAME) match = out->match = LENSIMPORT_MATCH_SUCCESSOR;
     }
     return match;
