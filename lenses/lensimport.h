@@ -2874,6 +2874,10 @@ static int lensimport__read_zmx(lensimport__reader *r)
         if ((z.field_type == 2 || z.field_type == 3) && h > r->facts.image_radius) r->facts.image_radius = h;
     }
     if (z.config != z.current) lensimport__zmx_other_state(r, &z);
+    if (r->p->surface_count > 0) { /* images have no gap behind them: this is a lens's last surface */
+        double behind = r->p->surfaces[r->p->surface_count - 1].thickness;
+        if (behind != 0 && lensimport__finite(behind) && lensimport__row(r) == NULL) return 0;
+    }
     return lensimport__strip(r);
 }
 

@@ -668,6 +668,11 @@ static void test_zmx(void **state)
     import_lens(ZMX_HEAD ZMX_OBJECT ZMX_STOP "SURF 2\n  CURV 0.02\n  DISZ 5\n  GLAS ___BLANK 1 0 1.5 60\n  DIAM 12 1\n  CLAP 0 11 0\n  OBDC 0 1\n" "SURF 3\n  DISZ 96\n  SQAP 3 4\n" ZMX_IMAGE);
     assert_near(prescription.surfaces[1].semi_diameter, 11, 0);
     assert_string_equal(find_note(LENSIMPORT_NOTE_APERTURE_IGNORED)->label, "OBDC");
+    /* as shops write them: no TYPE, no image surface, names of glasses alone */
+    import_lens("UNIT MM\nSURF 0\n  COMM x\n  FIMP \n\n  CURV 0.0\n  DISZ INFINITY\n  MEMA 0 0 0 0 1 \"\"\nSURF 1\n  STOP\n  CURV 0.02\n  COAT A_B\n  DISZ 5\n  GLAS N-SF11\n  DIAM 5.75 1 0 0 1 \"\"\n  OEMA 0.5 0 0 0 0 \"\"\n  CLAP 0 5.7 0\nSURF 2\n  CURV 0\n  DISZ 60.5\n  DIAM 5\n");
+    assert_near(lens.efl, 50 / 0.78472, 1e-3);
+    assert_near(report.stated_bfd, 60.5, 0);
+    assert_near(prescription.surfaces[1].semi_diameter, 5.7, 0);
     /* Latin-1 in a name becomes UTF-8, UTF-8 stays */
     import_lens("VERS 1\nNAME \xe9t\xc3\xa9 \nENPD 20\n" ZMX_OBJECT ZMX_STOP ZMX_FRONT ZMX_REAR ZMX_IMAGE);
     assert_string_equal(prescription.name, "\xc3\xa9t\xc3\xa9");
