@@ -2761,6 +2761,20 @@ static int lensimport__zmx_begin(lensimport__reader *r, lensimport__zmx *z)
     return z->s != NULL;
 }
 
+/* Behind GLSS the name stands in quotes; 0 if there is none that is known. */
+static int lensimport__zmx_other_glass(lensimport__reader *r, lflare_surface *s)
+{
+    lflare_medium m;
+    while (lensimport__word(r)) {
+        if (r->word_size < 3 || r->word[0] != '"') continue;
+        if (lensimport__is(r, "\"MIRROR\"")) lensimport__refuse(r, LENSIMPORT_REFUSED_MIRROR, r->line, r->word + 1, r->word_size - 2);
+        else if (!lensimport__set_glass(r, &m, r->word + 1, r->word_size - 2, r->line)) return 0;
+        else s->medium = m;
+        return 1;
+    }
+    return 0;
+}
+
 /* A line of the zoom table: OPERAND surface state value. The surfaces hold the current state. */
 static int lensimport__zmx_operand(lensimport__reader *r, lensimport__zmx *z)
 {
@@ -2774,6 +2788,7 @@ static int lensimport__zmx_operand(lensimport__reader *r, lensimport__zmx *z)
     lensimport__format(padded, sizeof padded, " %s ", name);
     if (strstr(harmless, padded) != NULL) return 1;
     s = surface >= 0 && surface < r->p->surface_count ? &r->p->surfaces[(int32_t)surface] : NULL;
+    if (s != NULL && strcmp(name, "GLSS") == 0 && lensimport__zmx_other_glass(r, s)) return 1;
     if (!lensimport__word(r) || !lensimport__number(r, &value)) s = NULL;
     if (strcmp(name, "APER") == 0) {
         if (r->facts.epd != 0) r->facts.epd = value;
