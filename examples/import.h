@@ -203,17 +203,21 @@ static void print_medium(const lflare_medium *m)
             print_number(m->c[i]);
         }
     } else {
-        printf("nd ");
+        printf(m->kind == LFLARE_MEDIUM_CONSTANT ? "n " : "nd ");
         print_number(m->c[0]);
-        printf(" vd ");
-        print_number(m->c[1]);
+        if (m->kind == LFLARE_MEDIUM_ABBE) {
+            printf(" vd ");
+            print_number(m->c[1]);
+        }
     }
     if (m->glass[0] != 0) printf(" glass %s", m->glass);
 }
 
 static void print_glass(const lensimport_glass *g, const char *how)
 {
-    printf("name      %s\nmaker     %s\nnd        %.5f\nvd        %.2f\nmedium    ", g->name, g->maker[0] != 0 ? g->maker : "-", g->nd, g->vd);
+    printf("name      %s\nmaker     %s\nnd        %.5f\n", g->name, g->maker[0] != 0 ? g->maker : "-", g->nd);
+    if (g->vd > 0) printf("vd        %.2f\nmedium    ", g->vd);
+    else printf("vd        not known\nmedium    ");
     print_medium(&g->medium);
     printf("\nmatch     %s\n", how);
 }

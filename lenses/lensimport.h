@@ -32,7 +32,8 @@
    FORMATS, recognised by content, never by a file's name
 
        Zemax .zmx                    UTF-16 of either order, UTF-8, Latin-1; zoom configurations; catalogue and model glasses
-       Zemax prescription report     text, columns by tabs or by width; indices of unknown glasses from its own table
+       Zemax prescription report     text, columns by tabs or by width; indices of unknown glasses and zoom configurations from its
+                                     own tables
        CODE V .seq                   radius or curvature mode, private glasses, zoom positions
        PhotonsToPhotos Optical Bench text with [sections]; zoom and focus states
        pbrt .dat                     gaps behind or in front of each row, told apart
@@ -208,8 +209,8 @@ typedef enum lensimport_match {
 
 typedef struct lensimport_glass {
     char name[24], maker[8]; /* maker "" where only nd and Vd are kept */
-    double nd, vd;
-    lflare_medium medium;    /* Sellmeier, or nd and Vd */
+    double nd, vd;           /* vd 0: not known */
+    lflare_medium medium;    /* Sellmeier, nd and Vd, or a constant */
     lensimport_match match;
 } lensimport_glass;
 
@@ -352,7 +353,7 @@ typedef struct lensimport__glass {
     float c[6];
 } lensimport__glass;
 
-/* Vd in hundredths, nd in 1e-5. */
+/* Vd in hundredths, 0 unknown; nd in 1e-5. */
 typedef struct lensimport__listed {
     char name[14];
     uint16_t vd;
@@ -1014,236 +1015,347 @@ static const lensimport__glass lensimport__glasses[] = {
 static const lensimport__listed lensimport__list[] = {
     {"FC5", 7044, 148749},
     {"FCD1", 8161, 149700},
-    {"FCD10", 9027, 145650},
+    {"FCD1B", 8149, 149710},
+    {"FCD10A", 9028, 145860},
     {"FCD100", 9510, 143700},
-    {"FCD505", 6862, 159282},
     {"FCD515", 6862, 159282},
+    {"FCD600", 6050, 159410},
+    {"FCD705", 7549, 155032},
     {"PCD4", 6339, 161800},
     {"PCD40", 6388, 161997},
     {"PCD51", 6700, 159349},
     {"BSC7", 6420, 151680},
+    {"C3", 5896, 151823},
+    {"BAC4", 5604, 156883},
     {"BACD5", 6125, 158913},
-    {"BACD11", 6083, 156384},
     {"BACD14", 6069, 160311},
     {"BACD15", 5812, 162299},
     {"BACD16", 6034, 162041},
     {"BACD18", 5545, 163854},
     {"BACED5", 5085, 165844},
-    {"C3", 5896, 151823},
+    {"LAC8", 5394, 171300},
+    {"LAC14", 5546, 169680},
+    {"TAC8", 5467, 172916},
     {"CF6", 5215, 151742},
     {"FEL1", 4582, 154814},
     {"FEL2", 4720, 154072},
-    {"FEL6", 4884, 153172},
+    {"FL5", 4089, 158144},
     {"FL6", 4284, 156732},
-    {"LAC7", 5733, 167000},
-    {"LAC8", 5394, 171300},
-    {"LAC9", 5470, 169100},
-    {"LAC10", 5034, 172000},
-    {"LAC12", 5552, 167790},
-    {"LAC13", 5334, 169350},
-    {"LAC14", 5546, 169680},
-    {"LACL60", 6021, 164000},
-    {"TAC2", 5260, 174100},
-    {"TAC4", 5105, 173400},
-    {"TAC6", 5232, 175500},
-    {"TAC8", 5467, 172916},
-    {"TAF1", 4962, 177250},
-    {"TAF3", 4650, 180420},
-    {"TAF3D", 4650, 180420},
-    {"TAF4", 4749, 178800},
-    {"TAF5", 4657, 181600},
-    {"TAFD5", 4298, 183500},
-    {"TAFD5F", 4272, 183481},
-    {"TAFD5G", 4272, 183481},
-    {"TAFD25", 3131, 190366},
-    {"TAFD30", 4081, 188300},
-    {"TAFD33", 4014, 188100},
-    {"TAFD35", 3525, 191082},
-    {"TAFD37", 3737, 190043},
-    {"TAFD40", 2546, 200069},
-    {"TAFD45", 3232, 195375},
-    {"TAFD55", 2913, 200100},
-    {"TAFD65", 2694, 205090},
-    {"NBF1", 4933, 174330},
-    {"NBFD10", 3734, 183400},
-    {"NBFD11", 4393, 178590},
-    {"NBFD13", 4073, 180610},
-    {"NBFD15", 3327, 180610},
-    {"NBFD5", 4026, 176200},
-    {"FD60", 2546, 180518},
     {"FD1", 2950, 171736},
     {"FD2", 3384, 164769},
     {"FD4", 2753, 175520},
     {"FD5", 3217, 167270},
-    {"FD7", 3457, 163980},
     {"FD8", 3116, 168893},
     {"FD10", 2832, 172825},
     {"FD13", 2776, 174077},
     {"FD15", 3005, 169895},
+    {"FD60", 2546, 180518},
     {"FD110", 2572, 178472},
     {"FD140", 2661, 176182},
     {"FD225", 2276, 180809},
     {"FDS1", 2088, 192286},
     {"FDS2", 1932, 200272},
-    {"FDS9", 2383, 184666},
-    {"FDS90", 2378, 184666},
+    {"FDS3", 1702, 210420},
+    {"FDS16", 1648, 198612},
     {"FDS18", 1798, 194595},
+    {"FDS20", 2002, 186966},
     {"FDS24", 2396, 192119},
+    {"FDS90", 2378, 184666},
     {"FF5", 3545, 159270},
     {"FF8", 2505, 175211},
+    {"BAFD7", 4115, 170154},
+    {"BAFD8", 3799, 172342},
+    {"NBF1", 4923, 174330},
+    {"NBFD3", 3963, 180450},
+    {"NBFD10", 3734, 183400},
+    {"NBFD11", 4393, 178590},
+    {"NBFD12", 4235, 179950},
+    {"NBFD13", 4073, 180610},
+    {"NBFD15", 3327, 180610},
+    {"NBFD25", 2515, 185451},
+    {"NBFD29", 2974, 177047},
+    {"NBFD30", 3000, 185883},
+    {"TAF1", 4962, 177250},
+    {"TAF2", 4540, 179450},
+    {"TAF3", 4650, 180420},
+    {"TAF3D", 4650, 180420},
+    {"TAF4", 4749, 178800},
+    {"TAF5", 4657, 181600},
+    {"TAFD5G", 4272, 183481},
+    {"TAFD5F", 4272, 183481},
+    {"TAFD25", 3131, 190366},
+    {"TAFD30", 4081, 188300},
+    {"TAFD32", 4074, 187070},
+    {"TAFD33", 4014, 188100},
+    {"TAFD35", 3525, 191082},
+    {"TAFD37", 3737, 190043},
+    {"TAFD37A", 3738, 190043},
+    {"TAFD40", 2546, 200069},
+    {"TAFD45", 3232, 195375},
+    {"TAFD55", 2913, 200100},
+    {"TAFD65", 2694, 205090},
+    {"FCD10", 9027, 145650},
+    {"FCD505", 6862, 159282},
+    {"LBC3N", 6368, 160625},
+    {"BACD2", 5671, 160738},
+    {"BACD4", 5858, 161272},
+    {"BACD10", 5693, 162280},
+    {"BACD11", 6083, 156384},
+    {"BACED20", 5303, 164850},
+    {"LAC7", 5844, 165160},
+    {"LAC9", 5470, 169100},
+    {"LAC10", 5034, 172000},
+    {"LAC12", 5552, 167790},
+    {"LAC13", 5334, 169350},
+    {"LACL60", 6021, 164000},
+    {"FEL6", 4884, 153172},
+    {"FD7", 3457, 163980},
+    {"TAC2", 5260, 174100},
+    {"TAC4", 5105, 173400},
+    {"TAC6", 5232, 175500},
+    {"ADF10", 4436, 161310},
+    {"ADF50", 3962, 165412},
+    {"M-FCD1", 8149, 149710},
+    {"M-FCD500", 7167, 155332},
+    {"M-PCD4", 6386, 161881},
+    {"M-PCD51", 6705, 159201},
+    {"M-BACD5N", 6124, 158913},
     {"M-BACD12", 5946, 158313},
+    {"M-BACD15", 5819, 162263},
+    {"M-LAC130", 5322, 169350},
+    {"M-TAC60", 5115, 175501},
+    {"M-TAC80", 5404, 172903},
+    {"M-FD80", 3116, 168893},
+    {"M-FDS1", 2088, 192286},
     {"M-FDS2", 1932, 200178},
+    {"M-FDS910", 2406, 182115},
+    {"M-NBF1", 4932, 174330},
+    {"M-NBFD10", 3728, 183441},
+    {"M-NBFD130", 4071, 180610},
+    {"M-TAF1", 4949, 177250},
+    {"M-TAF31", 4546, 180139},
+    {"M-TAF101", 4923, 176802},
+    {"M-TAF105", 4949, 177250},
+    {"M-TAF401", 4718, 177377},
+    {"M-TAFD51", 4271, 182080},
     {"M-TAFD305", 4010, 185135},
-    {"K-BK7", 6406, 151633},
-    {"K-PG375", 6294, 154250},
-    {"K-VC78", 5542, 166910},
-    {"J-FK01", 8257, 149782},
-    {"J-FK01A", 8257, 149782},
+    {"M-TAFD307", 3723, 188202},
+    {"M-TAFD405", 2983, 195150},
+    {"M-LAF81", 4051, 173077},
+    {"J-FK01A", 8165, 149700},
     {"J-FKH1", 8257, 149782},
     {"J-FKH2", 9137, 145600},
+    {"J-PKH1", 6989, 151860},
     {"J-PSK02", 6334, 161800},
     {"J-PSK03", 6544, 160300},
     {"J-PSKH1", 6790, 159319},
+    {"J-PSKH4", 6700, 159349},
+    {"J-PSKH8", 5917, 162846},
+    {"J-BK7A", 6414, 151680},
+    {"J-KZFH1", 4446, 161266},
+    {"J-KZFH4", 5507, 155298},
+    {"J-KZFH6", 3764, 168376},
+    {"J-KZFH7", 4618, 173211},
+    {"J-KZFH9", 3226, 173800},
+    {"J-BAF12", 4483, 163930},
+    {"J-BASF7", 4102, 170154},
+    {"J-BASF8", 3803, 172342},
+    {"J-F16", 3527, 159270},
+    {"J-SF03", 2380, 184666},
+    {"J-SFS3", 2627, 178470},
+    {"J-SFH1", 2274, 180809},
+    {"J-SFH2", 2308, 186074},
+    {"J-SFH4", 2735, 166382},
+    {"J-SFH5", 2471, 175575},
+    {"J-SFH6", 2604, 171338},
+    {"J-LAK18", 5461, 172916},
     {"J-LAK01", 6020, 164000},
     {"J-LAK02", 5735, 167000},
     {"J-LAK04", 5624, 165100},
+    {"J-LAK06", 5067, 167790},
     {"J-LAK09", 5151, 173400},
-    {"J-LAK18", 5461, 172916},
+    {"J-LAK011", 5277, 174100},
+    {"J-LASKH2", 5234, 175500},
+    {"J-LAF01", 4811, 170000},
+    {"J-LAF02", 4361, 172000},
+    {"J-LAF04", 4786, 175700},
+    {"J-LAF05", 4011, 176200},
+    {"J-LAF09", 4845, 169700},
+    {"J-LAF010", 4926, 174320},
+    {"J-LAF016", 3492, 180100},
+    {"J-LAFH3", 2869, 179504},
     {"J-LASF01", 4417, 178590},
     {"J-LASF02", 4209, 179952},
+    {"J-LASF03", 4097, 180610},
     {"J-LASF05", 4273, 183481},
-    {"J-LASF08", 4066, 188300},
+    {"J-LASF08A", 4069, 188300},
+    {"J-LASF09A", 4659, 181600},
     {"J-LASF010", 3718, 183400},
+    {"J-LASF013", 3961, 180440},
     {"J-LASF014", 4735, 178800},
     {"J-LASF015", 4660, 180400},
     {"J-LASF016", 4962, 177250},
     {"J-LASF017", 4531, 179500},
     {"J-LASF021", 3235, 185026},
-    {"J-SF03", 2380, 184666},
-    {"J-SFH1", 2274, 180810},
-    {"BAF8", 4700, 162374},
-    {"BAF9", 4796, 164328},
-    {"BAF13", 4496, 166892},
-    {"BAF50", 4450, 168273},
-    {"BAFN11", 4842, 166672},
-    {"BAK5", 5865, 155671},
-    {"BAK50", 5799, 156774},
-    {"BALF3", 5295, 157135},
-    {"BALK1", 6003, 152642},
+    {"J-LASFH2", 4678, 176684},
+    {"J-LASFH6", 3334, 180610},
+    {"J-LASFH9A", 3577, 190265},
+    {"J-LASFH13", 3127, 190366},
+    {"J-LASFH15", 2937, 195000},
+    {"J-LASFH16", 2912, 200100},
+    {"J-LASFH17", 2546, 200069},
+    {"J-LASFH21", 3233, 195375},
+    {"J-LASFH22", 4379, 184850},
+    {"J-LASFH23", 2703, 185000},
+    {"J-LASFH24", 2526, 190200},
+    {"Q-SK52S", 5951, 158286},
+    {"Q-SK55S", 6114, 158887},
+    {"Q-LAK52S", 5489, 167798},
+    {"Q-LAK53S", 5330, 169343},
+    {"Q-LASF03S", 4074, 180604},
+    {"E-PKH1", 6989, 151860},
+    {"E-BAF12", 4489, 163930},
+    {"E-LAF11", 3159, 175692},
+    {"E-LAFH2", 3389, 180384},
+    {"E-LASF04", 4435, 181554},
+    {"E-LASF08", 4077, 188300},
+    {"E-LASF09", 4663, 181600},
+    {"E-LASFH9", 3571, 190265},
+    {"E-LAKH1", 5228, 174810},
+    {"E-SFS3", 2630, 178470},
+    {"LAF9", 2856, 179504},
+    {"SF03", 2388, 184666},
+    {"J-FK01", 8160, 149700},
+    {"J-LASF08", 4069, 188300},
+    {"LAFH3", 2854, 179504},
+    {"BK7A", 6413, 151680},
     {"BALKN3", 6025, 151849},
     {"BASF1", 3909, 162606},
     {"BASF6", 4193, 166755},
-    {"BASF10", 3915, 165016},
+    {"BASF10", 0, 165016},
     {"BASF12", 3920, 166998},
+    {"BASF13", 0, 169761},
     {"BASF51", 3811, 172373},
     {"BASF52", 4101, 170181},
-    {"BASF57", 4190, 165147},
+    {"BASF54", 0, 173627},
+    {"BASF56", 0, 165715},
+    {"BASF57", 0, 165147},
     {"BK1", 6346, 151009},
     {"BK3", 6506, 149831},
-    {"BK6", 6215, 153113},
+    {"BK6", 0, 153113},
     {"BK8", 6369, 152015},
-    {"FK52", 8180, 148605},
-    {"FK54", 9070, 143700},
-    {"PK1", 6692, 150378},
-    {"PK2", 6505, 151821},
-    {"PK50", 6973, 152054},
-    {"K4", 5740, 151895},
-    {"K11", 6144, 150013},
-    {"K50", 6018, 152257},
-    {"KF3", 5470, 151454},
-    {"KF6", 5220, 151742},
-    {"KZFSN2", 5416, 155836},
-    {"KZFSN5", 3963, 165412},
-    {"KZFSN7", 3739, 168064},
-    {"LAF20", 4820, 168248},
-    {"LAFN21", 4747, 178831},
-    {"LAFN23", 4971, 168900},
-    {"LAFN28", 4957, 177314},
-    {"LAK11", 5726, 165830},
-    {"LAK13", 5333, 169350},
-    {"LAK16A", 5178, 173350},
-    {"LAK23", 5738, 166882},
-    {"LAK28", 5077, 174429},
-    {"LAK31", 5642, 169673},
-    {"LAKN6", 5796, 164250},
-    {"LAKN13", 5333, 169350},
-    {"LASF3", 4061, 180801},
-    {"LASFN30", 4638, 180318},
-    {"LASFN31", 4101, 188067},
-    {"LLF2", 4722, 154072},
-    {"LLF6", 4876, 153172},
-    {"LLF7", 4539, 154883},
     {"F1", 3570, 162588},
     {"F3", 3704, 161293},
     {"F4", 3663, 161659},
     {"F6", 3534, 163636},
+    {"F7", 0, 162536},
     {"F8", 3918, 159551},
-    {"F9", 3809, 162045},
-    {"F14", 3823, 160140},
+    {"F9", 0, 162045},
+    {"F13", 0, 162237},
+    {"F14", 0, 160140},
+    {"F15", 0, 160565},
+    {"FK52", 0, 148605},
+    {"FK54", 9070, 143700},
     {"FN11", 3618, 162096},
+    {"K3", 5882, 151823},
+    {"K4", 0, 151895},
+    {"K11", 0, 150013},
+    {"K50", 6018, 152257},
+    {"KF3", 5470, 151454},
+    {"KF6", 5220, 151742},
+    {"KZFN1", 0, 155115},
+    {"KZFN2", 0, 152944},
+    {"KZFS1", 0, 161310},
+    {"KZFS6", 0, 159197},
+    {"KZFSN7", 0, 168064},
+    {"KZFSN2", 5416, 155836},
+    {"KZFSN9", 0, 159856},
+    {"LAF11A", 0, 175693},
+    {"LAF13", 0, 177551},
+    {"LAF20", 0, 168248},
+    {"LAF22A", 0, 178179},
+    {"LAFN8", 0, 173520},
+    {"LAFN10", 0, 178443},
+    {"LAFN21", 4747, 178831},
+    {"LAFN23", 0, 168900},
+    {"LAFN24", 0, 175719},
+    {"LAFN28", 4957, 177314},
+    {"LAK11", 5726, 165830},
+    {"LAK16A", 5178, 173350},
+    {"LAK23", 5738, 166882},
+    {"LAK28", 0, 174429},
+    {"LAK31", 5642, 169673},
+    {"LAK33", 0, 175398},
+    {"LAKN6", 0, 164250},
+    {"LAKN13", 5333, 169350},
+    {"LAK13", 5333, 169350},
+    {"LASF3", 4061, 180801},
+    {"LASF14A", 0, 182223},
+    {"LASF18A", 0, 191348},
+    {"LASF32", 0, 180349},
+    {"LASF33", 0, 180596},
+    {"LASFN15", 0, 187800},
+    {"LASFN30", 4638, 180318},
+    {"LASFN31", 4101, 188067},
+    {"LF8", 0, 156444},
+    {"LLF2", 4722, 154072},
+    {"LLF6", 4876, 153172},
+    {"LLF7", 4539, 154883},
+    {"PK1", 0, 150378},
+    {"PK2", 0, 151821},
+    {"PK3", 0, 152542},
+    {"PK50", 0, 152054},
+    {"PSK2", 6310, 156873},
+    {"PSK50", 0, 155753},
+    {"PSK52", 6541, 160310},
+    {"PSK54", 0, 158599},
     {"SF3", 2820, 174000},
-    {"SF7", 3461, 163980},
-    {"SF9", 3365, 165446},
+    {"SF9", 0, 165446},
     {"SF12", 3384, 164831},
     {"SF13", 2760, 174077},
+    {"SF16", 0, 164611},
     {"SF18", 2925, 172151},
     {"SF53", 2869, 172830},
     {"SF54", 2809, 174080},
     {"SF55", 2695, 176180},
-    {"SF58", 2151, 191761},
-    {"SF59", 2036, 195250},
-    {"SF62", 3194, 168134},
-    {"SF63", 2771, 174840},
-    {"SK1", 5671, 161025},
+    {"SF58", 0, 191761},
+    {"SF59", 0, 195250},
+    {"SF63", 0, 174840},
+    {"SFL4", 0, 175520},
+    {"SFL56", 0, 178470},
+    {"SK1", 0, 161025},
     {"SK3", 5886, 160881},
-    {"SK6", 5640, 161375},
-    {"SK7", 5946, 160729},
+    {"SK6", 0, 161375},
+    {"SK7", 0, 160729},
+    {"SK8", 0, 161117},
     {"SK12", 5945, 158313},
-    {"SK13", 5830, 159181},
+    {"SK13", 0, 159181},
     {"SK18A", 5542, 163854},
-    {"SK20", 6121, 155963},
-    {"SK51", 6031, 162090},
     {"SKN18", 5542, 163854},
+    {"SK51", 6031, 162090},
     {"SSK1", 5391, 161720},
+    {"SSK3", 0, 161484},
     {"SSK4", 5514, 161765},
-    {"ZK1", 5798, 153315},
-    {"PSK2", 6310, 156873},
-    {"PSK52", 6541, 160310},
-    {"PMMA", 5744, 149176},
-    {"ACRYLIC", 5744, 149176},
-    {"POLYCARB", 2991, 158547},
-    {"POLYCARBONATE", 2991, 158547},
-    {"PC", 2991, 158547},
-    {"POLYSTYR", 3087, 159048},
-    {"POLYSTYRENE", 3087, 159048},
-    {"E48R", 5604, 153116},
-    {"ZEONEX", 5604, 153116},
-    {"OKP4", 2699, 160730},
-    {"OKP4HT", 2333, 163200},
-    {"SAN", 3481, 156740},
-    {"COC", 5623, 153373},
-    {"WATER", 5579, 133304},
-    {"F_SILICA", 6782, 145846},
-    {"SILICA", 6782, 145846},
-    {"FUSEDSILICA", 6782, 145846},
-    {"CAF2", 9499, 143385},
-    {"FLUORITE", 9499, 143385},
-    {"FLUORSPAR", 9499, 143385},
-    {"MGF2", 10622, 137774},
-    {"BAF2", 8161, 147447},
-    {"SAPPHIRE", 7224, 176818},
-    {"QUARTZ", 6987, 154425},
+    {"SSK50", 0, 161795},
+    {"SSK51", 5365, 160361},
+    {"ZK1", 0, 153315},
+    {"TIF6", 0, 161650},
+    {"LASF36A", 0, 179712},
+    {"PSK53A", 0, 162014},
+    {"SK55", 0, 162041},
+    {"TIF3", 0, 154765},
+    {"TIFN5", 0, 159356},
+    {"UBK7", 0, 151680},
+    {"UK50", 0, 152257},
+    {"SSKN5", 0, 165844},
+    {"BAF9", 4776, 164328},
+    {"TAFD5", 4298, 183500},
+    {"NBFD5", 4026, 176200},
+    {"FDS9", 2383, 184666},
+    {"KZFSN5", 3970, 165412},
     {"NLASF", 4970, 177300},
     {"NLAF9", 2840, 179500},
     {"NLK1", 5750, 167000},
-    {"LAF9", 2839, 179504},
-    {"POLYC", 2991, 158547},
-    {"POLYS", 3087, 159048},
-    {"SIO2", 6782, 145846},
-    {"B270", 5850, 152300},
-    {"BOROFLOAT", 6541, 147140},
-    {"PYREX", 6540, 147400},
-    {"SEAWATER", 5560, 133940},
     {"PBL1", 4580, 154814},
     {"PBL2", 4720, 154072},
     {"PBL6", 4890, 153172},
@@ -1266,18 +1378,40 @@ static const lensimport__listed lensimport__list[] = {
     {"PBH18", 2924, 172151},
     {"PBH23", 2620, 178470},
     {"PBH53", 2390, 184666},
-    {"SFLD1", 2950, 171736},
-    {"SFLD2", 3384, 164769},
     {"SFLD4", 2753, 175520},
-    {"SFLD5", 3217, 167270},
     {"SFLD6", 2546, 180518},
-    {"SFLD8", 3116, 168893},
-    {"SFLD10", 2832, 172825},
-    {"SFLD11", 2572, 178472},
     {"SFLD14", 2661, 176182},
-    {"SFLD66", 2088, 192286},
-    {"LAFH3", 2854, 179504},
-    {"BK7A", 6413, 151680},
+    {"PMMA", 5744, 149176},
+    {"ACRYLIC", 5744, 149176},
+    {"POLYCARB", 2991, 158547},
+    {"POLYCARBONATE", 2991, 158547},
+    {"PC", 2991, 158547},
+    {"POLYSTYR", 3087, 159048},
+    {"POLYSTYRENE", 3087, 159048},
+    {"POLYC", 2991, 158547},
+    {"POLYS", 3087, 159048},
+    {"E48R", 5604, 153116},
+    {"ZEONEX", 5604, 153116},
+    {"OKP4", 2699, 160730},
+    {"OKP4HT", 2333, 163200},
+    {"COC", 5623, 153373},
+    {"F_SILICA", 6782, 145846},
+    {"SILICA", 6782, 145846},
+    {"FUSEDSILICA", 6782, 145846},
+    {"SIO2", 6782, 145846},
+    {"CAF2", 9499, 143385},
+    {"FLUORITE", 9499, 143385},
+    {"FLUORSPAR", 9499, 143385},
+    {"BAF8", 4700, 162374},
+    {"BAFN11", 4833, 166672},
+    {"SF7", 3455, 163980},
+    {"WATER", 5576, 133340},
+    {"SEAWATER", 5490, 133946},
+    {"QUARTZ", 6969, 154428},
+    {"MGF2", 10622, 137774},
+    {"BAF2", 8161, 147447},
+    {"SAPPHIRE", 7224, 176818},
+    {"B270", 5850, 152300},
 };
 /* glasses end */
 
@@ -1433,18 +1567,23 @@ static lensimport_match lensimport__take_listed(int32_t row, lensimport_glass *o
     memcpy(out->name, lensimport__list[row].name, sizeof lensimport__list[row].name);
     memcpy(out->medium.glass, out->name, sizeof out->name);
     lensimport__numbers(out, lensimport__list[row].nd / 1e5, lensimport__list[row].vd / 1e2);
+    if (lensimport__list[row].vd == 0) out->medium.kind = LFLARE_MEDIUM_CONSTANT;
     return out->match = LENSIMPORT_MATCH_NUMBERS;
 }
 
-/* A name as it stands: the preferred makers, then all, then the list. */
+/* A name as it stands: the preferred makers, then all, then the list. CDGM's F3 is H-F3 today and Schott's F3 another glass, on
+   the list: which of the two is preferred decides. */
 static lensimport_match lensimport__find_exact(const char *name, size_t size, const char *prefer, lensimport_glass *out)
 {
     const char *word;
     size_t length;
     int32_t row, maker;
-    while (lensimport__maker_word(&prefer, &word, &length))
-        if ((maker = lensimport__maker(word, length)) >= 0 && (row = lensimport__row_named(0, name, size, maker)) >= 0)
-            return lensimport__take(row, LENSIMPORT_MATCH_NAME, out);
+    while (lensimport__maker_word(&prefer, &word, &length)) {
+        if ((maker = lensimport__maker(word, length)) < 0) continue;
+        if ((row = lensimport__row_named(0, name, size, maker)) >= 0) return lensimport__take(row, LENSIMPORT_MATCH_NAME, out);
+        if (lensimport__alike(word, length, "CDGM") && (row = lensimport__row_named('H', name, size, maker)) >= 0) return lensimport__take(row, LENSIMPORT_MATCH_SUCCESSOR, out);
+        if (lensimport__alike(word, length, "SCHOTT") && (row = lensimport__listed_named(name, size)) >= 0) return lensimport__take_listed(row, out);
+    }
     if ((row = lensimport__row_named(0, name, size, -1)) >= 0) return lensimport__take(row, LENSIMPORT_MATCH_NAME, out);
     if ((row = lensimport__listed_named(name, size)) >= 0) return lensimport__take_listed(row, out);
     return LENSIMPORT_MATCH_NONE;
@@ -1471,14 +1610,57 @@ static lensimport_match lensimport__find_successor(const char *name, size_t size
     return LENSIMPORT_MATCH_NONE;
 }
 
-/* Without its maker's prefix (J-LAK14, E-FD10, MC-FD80) or a quality's suffix (SF6HT, SF57HTULTRA): the same glass type. */
+/* A name up to its last digit. */
+static size_t lensimport__stem(const char *name, size_t size)
+{
+    size_t n = size;
+    while (n > 0 && !lensimport__digit(name[n - 1])) n--;
+    return n > 0 ? n : size;
+}
+
+/* CDGM's melts follow each other by letters: H-LAF3 is H-LAF3B today, H-K9 H-K9L. */
+static lensimport_match lensimport__find_melt(const char *name, size_t size, lensimport_glass *out)
+{
+    size_t stem = lensimport__stem(name, size);
+    int32_t i;
+    for (i = 0; i < LENSIMPORT__GLASSES; i++) {
+        char other[sizeof lensimport__glasses[0].name + 1];
+        memset(other, 0, sizeof other);
+        memcpy(other, lensimport__glasses[i].name, lensimport__stem(lensimport__glasses[i].name, strlen(lensimport__glasses[i].name)));
+        if (lensimport__alike(name, stem, other)) return lensimport__take(i, LENSIMPORT_MATCH_SUCCESSOR, out);
+    }
+    return LENSIMPORT_MATCH_NONE;
+}
+
+/* K-LASFN9, KLAK7: Sumita numbers its lanthanum glasses in its own way. */
+static int lensimport__sumita_lanthanum(const char *name, size_t size)
+{
+    return size > 4 && (lensimport__alike(name, 3, "KLA") || lensimport__alike(name, 4, "KLA"));
+}
+
+/* HOYA's MC-TAFD51-50 and MP-TAFD51 are M-TAFD51, moulded in other ways. */
+static lensimport_match lensimport__find_mould(const char *name, size_t size, lensimport_glass *out)
+{
+    char mould[24];
+    size_t n = 5 < size ? 5 : size;
+    while (n < size && name[n] != '-') n++;
+    if (n > sizeof mould) return LENSIMPORT_MATCH_NONE;
+    mould[0] = 'M';
+    memcpy(mould + 1, name + 2, n - 2);
+    return lensimport__find_exact(mould, n - 1, NULL, out);
+}
+
+/* Without its maker's prefix (J-LAK14, E-FD10, MC-FD80) or a quality's suffix (SF6HT, SF57HTULTRA): the same glass type. CDGM's
+   types are other makers' by number, not by name. */
 static lensimport_match lensimport__find_stripped(const char *name, size_t size, const char *prefer, lensimport_glass *out)
 {
     static const char *const tails[] = {"HTULTRA", "ULTRA", "HTI", "HT", "W", "FG"};
     lensimport_match match = LENSIMPORT_MATCH_NONE;
     size_t i, k;
+    if (size > 2 && name[1] == '-' && (lensimport__upper(name[0]) == 'H' || lensimport__upper(name[0]) == 'D')) return lensimport__find_melt(name, size, out);
+    if (size > 2 && lensimport__upper(name[0]) == 'M' && name[2] == '-' && (lensimport__upper(name[1]) == 'C' || lensimport__upper(name[1]) == 'P')) match = lensimport__find_mould(name, size, out);
     for (i = 1; i <= 2 && i + 1 < size && match == LENSIMPORT_MATCH_NONE; i++) {
-        if (name[i] != '-') continue;
+        if (name[i] != '-' || lensimport__sumita_lanthanum(name, size)) continue;
         match = lensimport__find_exact(name + i + 1, size - i - 1, prefer, out);
         if (match == LENSIMPORT_MATCH_NONE) match = lensimport__find_successor(name + i + 1, size - i - 1, NULL, out);
     }
@@ -1509,9 +1691,8 @@ static lensimport_match lensimport__find_fused(const char *name, size_t size, co
     lensimport_match match = LENSIMPORT_MATCH_NONE;
     size_t i;
     for (i = 0; i < sizeof fused / sizeof fused[0] && match == LENSIMPORT_MATCH_NONE; i++) {
-        if (size < 3 || lensimport__upper(name[0]) != fused[i].letter || !lensimport__alike(maker, maker_size, fused[i].maker)) continue;
-        match = lensimport__find_exact(name + 1, size - 1, NULL, out);
-        if (match == LENSIMPORT_MATCH_NONE) match = lensimport__find_successor(name + 1, size - 1, NULL, out);
+        if (size < 3 || lensimport__upper(name[0]) != fused[i].letter || !lensimport__alike(maker, maker_size, fused[i].maker) || lensimport__sumita_lanthanum(name, size)) continue;
+        match = lensimport__find_any(name + 1, size - 1, NULL, out);
         if (match == LENSIMPORT_MATCH_NAME) match = out->match = LENSIMPORT_MATCH_SUCCESSOR;
     }
     return match;
@@ -1523,6 +1704,7 @@ LENSIMPORT_API lensimport_match lensimport_glass_find(const char *name, size_t s
     lensimport_glass g;
     double nd, vd, half[2];
     size_t i, k;
+    int32_t parts = 2; /* at its end that may not be the glass's */
     if (name == NULL || out == NULL || size == 0 || size > 40) return LENSIMPORT_MATCH_NONE;
     memset(&g, 0, sizeof g);
     if (lensimport__code(name, size, &nd, &vd, half)) {
@@ -1539,9 +1721,10 @@ LENSIMPORT_API lensimport_match lensimport_glass_find(const char *name, size_t s
         return g.match;
     }
     match = lensimport__find_any(name, size, prefer, &g);
-    for (i = size; i > 1 && match == LENSIMPORT_MATCH_NONE; i--) { /* NBK7_SCHOTT, L-TIM28_MOLD */
+    for (i = size; i > 1 && match == LENSIMPORT_MATCH_NONE && parts > 0; i--) { /* NBK7_SCHOTT, L-TIM28_MOLD, E48R_2017_ZEON */
         char maker[16];
         if (name[i - 1] != '_') continue;
+        parts--;
         k = size - i;
         if (k > 0 && k < sizeof maker && lensimport__maker(name + i, k) >= 0) {
             memcpy(maker, name + i, k);
@@ -1551,7 +1734,6 @@ LENSIMPORT_API lensimport_match lensimport_glass_find(const char *name, size_t s
             match = lensimport__find_any(name, i - 1, prefer, &g);
         }
         if (match == LENSIMPORT_MATCH_NONE) match = lensimport__find_fused(name, i - 1, name + i, k, &g);
-        break;
     }
     if (match != LENSIMPORT_MATCH_NONE) *out = g;
     return match;
@@ -1989,7 +2171,8 @@ static int lensimport__set_glass(lensimport__reader *r, lflare_medium *m, const 
         lensimport__numbers(&g, nd, vd);
     }
     if (g.match == LENSIMPORT_MATCH_SUCCESSOR) lensimport__note(r, LENSIMPORT_NOTE_GLASS_REPLACED, line, g.nd, g.vd, label);
-    if (g.match == LENSIMPORT_MATCH_NUMBERS) lensimport__note(r, LENSIMPORT_NOTE_GLASS_BY_NUMBERS, line, g.nd, g.vd, label);
+    if (g.medium.kind == LFLARE_MEDIUM_CONSTANT) lensimport__note(r, LENSIMPORT_NOTE_DISPERSION_MISSING, line, g.nd, 0, label);
+    else if (g.match == LENSIMPORT_MATCH_NUMBERS) lensimport__note(r, LENSIMPORT_NOTE_GLASS_BY_NUMBERS, line, g.nd, g.vd, label);
     m->kind = g.medium.kind;
     memcpy(m->c, g.medium.c, sizeof m->c);
     if (g.match == LENSIMPORT_MATCH_NAME || g.match == LENSIMPORT_MATCH_SUCCESSOR) memcpy(m->glass, g.name, sizeof m->glass);
@@ -2432,6 +2615,11 @@ typedef struct lensimport__zmx {
     int32_t fields, field_type;
     double field[2][12];
     int32_t solved;          /* surface whose gap is solved for the image, -1 none */
+    int32_t pick_count;      /* gaps that are others times `scale` plus `offset` */
+    struct {
+        int32_t surface, from;
+        double scale, offset;
+    } pick[LFLARE_MAX_SURFACES];
 } lensimport__zmx;
 
 /* FNUM 2.8 0 and the like; fields of no interest are left unread. */
@@ -2494,7 +2682,12 @@ static int lensimport__zmx_glass(lensimport__reader *r, lensimport__zmx *z)
     if (lensimport__word(r)) lensimport__number(r, &nd);
     if (lensimport__word(r)) lensimport__number(r, &vd);
     if (lensimport__same(name, size, "___BLANK") || !lensimport__set_glass(r, m, name, size, r->line)) {
-        if (flag == 0 && !lensimport__same(name, size, "___BLANK")) { /* said in the end, if nothing worse is found */
+        int picked = flag == 2 && pickup >= 0 && pickup < r->p->surface_count - 1;
+        if (picked && r->p->surfaces[(int32_t)pickup].medium.kind != LFLARE_MEDIUM_AIR) { /* the default 1.5, 40 may stand behind it */
+            *m = r->p->surfaces[(int32_t)pickup].medium;
+            return 1;
+        }
+        if (flag != 1 && flag != 2 && !lensimport__same(name, size, "___BLANK")) { /* said in the end, if nothing worse is found */
             z->s->line = r->line;
             return 1;
         }
@@ -2523,6 +2716,33 @@ static int lensimport__zmx_parameter(lensimport__reader *r, lensimport__zmx *z, 
         lensimport__refuse(r, LENSIMPORT_REFUSED_TILT, r->line, "COORDBRK", 8);
     }
     return 1;
+}
+
+/* "PZUP surface scale offset": the gap is another's. The rows hold the current zoom state; another one needs the rule. */
+static void lensimport__zmx_pickup(lensimport__reader *r, lensimport__zmx *z)
+{
+    double from, scale = 1, offset = 0;
+    if (z->pick_count == LFLARE_MAX_SURFACES || !lensimport__word(r) || !lensimport__number(r, &from) || !(from >= 0 && from < 1000)) return;
+    if (lensimport__word(r)) lensimport__number(r, &scale);
+    if (lensimport__word(r)) lensimport__number(r, &offset);
+    z->pick[z->pick_count].surface = r->p->surface_count - 1;
+    z->pick[z->pick_count].from = (int32_t)from;
+    z->pick[z->pick_count].scale = scale;
+    z->pick[z->pick_count++].offset = offset;
+}
+
+/* Before the zoom table: rules that the rows do not follow are not understood, and said. */
+static void lensimport__zmx_check_pickups(lensimport__reader *r, lensimport__zmx *z)
+{
+    int32_t i, n = 0;
+    for (i = 0; i < z->pick_count && z->config != z->current; i++) {
+        int32_t from = z->pick[i].from;
+        double gap = r->p->surfaces[z->pick[i].surface].thickness;
+        double rule = from < r->p->surface_count ? z->pick[i].scale * r->p->surfaces[from].thickness + z->pick[i].offset : HUGE_VAL;
+        if (fabs(rule - gap) <= 1e-6 * (1 + fabs(gap))) z->pick[n++] = z->pick[i];
+        else lensimport__note(r, LENSIMPORT_NOTE_CONFIG_PARTLY, r->line, 0, 0, "PZUP");
+    }
+    z->pick_count = n;
 }
 
 /* A line of a surface; the word is read. */
@@ -2556,6 +2776,7 @@ static int lensimport__zmx_surface(lensimport__reader *r, lensimport__zmx *z)
         return 1;
     }
     if (lensimport__is(r, "MAZH")) { z->solved = r->p->surface_count - 1; return 1; }
+    if (lensimport__is(r, "PZUP")) { lensimport__zmx_pickup(r, z); return 1; }
     if (lensimport__is(r, "SQAP") || lensimport__is(r, "ELAP") || lensimport__is(r, "UDAP")) {
         lensimport__note(r, LENSIMPORT_NOTE_APERTURE_IGNORED, r->line, 0, 0, lensimport__is(r, "SQAP") ? "SQAP" : lensimport__is(r, "ELAP") ? "ELAP" : "UDAP");
     } else if (lensimport__is(r, "OBDC")) {
@@ -2583,6 +2804,20 @@ static int lensimport__zmx_begin(lensimport__reader *r, lensimport__zmx *z)
     return z->s != NULL;
 }
 
+/* Behind GLSS the name stands in quotes; 0 if there is none that is known. */
+static int lensimport__zmx_other_glass(lensimport__reader *r, lflare_surface *s)
+{
+    lflare_medium m;
+    while (lensimport__word(r)) {
+        if (r->word_size < 3 || r->word[0] != '"') continue;
+        if (lensimport__is(r, "\"MIRROR\"")) lensimport__refuse(r, LENSIMPORT_REFUSED_MIRROR, r->line, r->word + 1, r->word_size - 2);
+        else if (!lensimport__set_glass(r, &m, r->word + 1, r->word_size - 2, r->line)) return 0;
+        else s->medium = m;
+        return 1;
+    }
+    return 0;
+}
+
 /* A line of the zoom table: OPERAND surface state value. The surfaces hold the current state. */
 static int lensimport__zmx_operand(lensimport__reader *r, lensimport__zmx *z)
 {
@@ -2596,6 +2831,7 @@ static int lensimport__zmx_operand(lensimport__reader *r, lensimport__zmx *z)
     lensimport__format(padded, sizeof padded, " %s ", name);
     if (strstr(harmless, padded) != NULL) return 1;
     s = surface >= 0 && surface < r->p->surface_count ? &r->p->surfaces[(int32_t)surface] : NULL;
+    if (s != NULL && strcmp(name, "GLSS") == 0 && lensimport__zmx_other_glass(r, s)) return 1;
     if (!lensimport__word(r) || !lensimport__number(r, &value)) s = NULL;
     if (strcmp(name, "APER") == 0) {
         if (r->facts.epd != 0) r->facts.epd = value;
@@ -2652,6 +2888,16 @@ static int lensimport__strip(lensimport__reader *r)
     return 1;
 }
 
+/* What follows from the zoom table in another state than the rows'. */
+static void lensimport__zmx_other_state(lensimport__reader *r, lensimport__zmx *z)
+{
+    int32_t i;
+    for (i = 0; i < z->pick_count; i++) r->p->surfaces[z->pick[i].surface].thickness = z->pick[i].scale * r->p->surfaces[z->pick[i].from].thickness + z->pick[i].offset;
+    if (z->solved >= 0 && z->solved == r->p->surface_count - 2) r->facts.gap_unknown = 1;
+    else if (z->solved >= 0) lensimport__note(r, LENSIMPORT_NOTE_CONFIG_PARTLY, r->p->surfaces[z->solved].line, 0, 0, "MAZH");
+    lensimport__forget_stop(r);
+}
+
 static int lensimport__read_zmx(lensimport__reader *r)
 {
     lensimport__zmx z;
@@ -2672,7 +2918,11 @@ static int lensimport__read_zmx(lensimport__reader *r)
         if (lensimport__is(r, "SURF")) { lensimport__zmx_begin(r, &z); continue; }
         if (r->p->surface_count == 0) { lensimport__zmx_header(r, &z); continue; }
         z.s = NULL; /* merit functions and tolerances, until the zoom table */
-        if (lensimport__is(r, "MNUM")) { table = 1; lensimport__zmx_configs(r, &z); }
+        if (lensimport__is(r, "MNUM")) {
+            table = 1;
+            lensimport__zmx_configs(r, &z);
+            lensimport__zmx_check_pickups(r, &z);
+        }
         else if (table) lensimport__zmx_operand(r, &z);
     }
     if (r->failed != LFLARE_OK || lensimport__refused(r)) return 0;
@@ -2681,8 +2931,11 @@ static int lensimport__read_zmx(lensimport__reader *r)
         if (z.field_type == 0 && h > r->facts.field_degrees) r->facts.field_degrees = h;
         if ((z.field_type == 2 || z.field_type == 3) && h > r->facts.image_radius) r->facts.image_radius = h;
     }
-    if (z.config != z.current && z.solved >= 0 && z.solved == r->p->surface_count - 2) r->facts.gap_unknown = 1;
-    if (z.config != z.current) lensimport__forget_stop(r);
+    if (z.config != z.current) lensimport__zmx_other_state(r, &z);
+    if (r->p->surface_count > 0) { /* images have no gap behind them: this is a lens's last surface */
+        double behind = r->p->surfaces[r->p->surface_count - 1].thickness;
+        if (behind != 0 && lensimport__finite(behind) && lensimport__row(r) == NULL) return 0;
+    }
     return lensimport__strip(r);
 }
 
@@ -2806,6 +3059,7 @@ static void lensimport__report_general(lensimport__reader *r)
 {
     double v = 0;
     if (lensimport__report_value(r, "Effective Focal Length", &v) && r->report->stated_efl == 0) r->report->stated_efl = v;
+    else if (lensimport__report_value(r, "Entrance Pupil Diameter", &v)) r->facts.epd = v;
     else if (lensimport__report_value(r, "Image Space F/#", &v) && r->p->fnumber == 0) r->p->fnumber = v;
     else if (lensimport__report_value(r, "Lens Units", NULL)) {
         r->facts.scale = lensimport__begins(r->word, r->word_size, "Centim") ? 10 : lensimport__begins(r->word, r->word_size, "Inch") ? 25.4 : lensimport__begins(r->word, r->word_size, "Meter") ? 1000 : 1;
@@ -2876,18 +3130,117 @@ static int lensimport__report_index(lensimport__reader *r, double *nm, int32_t *
     return 1;
 }
 
+/* What a report's zoom table says of the state that is wanted; the rows are in the state of its head. */
+typedef struct lensimport__report_zoom {
+    int32_t wanted, block;      /* state, 0 for the rows'; that whose lines are being read */
+    int32_t seen;               /* the wanted one has lines */
+    int32_t pupil, image_space; /* the aperture is set as the entrance pupil's diameter, or as the f-number */
+    int32_t last_set, last_solved;
+} lensimport__report_zoom;
+
+/* "System Aperture : Image Space F/# = 2.8" */
+static void lensimport__report_aperture(lensimport__reader *r, lensimport__report_zoom *z)
+{
+    if (!lensimport__report_value(r, "System Aperture", NULL)) return;
+    r->next = (size_t)(r->word - r->text);
+    lensimport__rest(r);
+    z->pupil = lensimport__begins(r->word, r->word_size, "Entrance Pupil Diameter");
+    z->image_space = lensimport__begins(r->word, r->word_size, "Image Space F/#");
+}
+
+/* An operand that is not followed, unless it does not matter here. */
+static void lensimport__report_unfollowed(lensimport__reader *r, const char *name)
+{
+    static const char harmless[] = " X-FIELD Y-FIELD FIELD WAVE WAVELENGTH WEIGHT TEMPERATURE PRESSURE MOFF TITLE ";
+    char padded[28];
+    size_t i;
+    lensimport__format(padded, sizeof padded, " %s ", name);
+    for (i = 0; padded[i] != 0; i++) padded[i] = lensimport__upper(padded[i]);
+    if (strstr(harmless, padded) == NULL) lensimport__note(r, LENSIMPORT_NOTE_CONFIG_PARTLY, r->line, 0, 0, name);
+}
+
+/* "Configuration   2:", then "  1 Thickness   8 :   17.3". */
+static void lensimport__report_state(lensimport__reader *r, lensimport__report_zoom *z)
+{
+    double v = 0, surface = -1;
+    char name[24];
+    const char *colon = (const char *)memchr(r->text, ':', r->length);
+    lflare_surface *s;
+    r->next = 0;
+    if (colon == NULL || !lensimport__word(r)) return;
+    if (lensimport__is(r, "Configuration")) {
+        r->next = (size_t)(r->word + r->word_size - r->text);
+        if (lensimport__word(r) && lensimport__read_number(r->word, r->word[r->word_size - 1] == ':' ? r->word_size - 1 : r->word_size, &v) && v >= 1 && v < 1000) z->block = (int32_t)v;
+        return;
+    }
+    if (z->wanted == 0 || z->block != z->wanted || !lensimport__number(r, &v) || !lensimport__word(r)) return;
+    z->seen = 1;
+    lensimport__clean(r->word, r->word_size, 0, name, sizeof name);
+    while (lensimport__word(r) && r->word < colon)
+        if (!lensimport__number(r, &surface)) surface = -1;
+    r->next = (size_t)(colon + 1 - r->text);
+    s = surface >= 0 && surface < r->p->surface_count ? &r->p->surfaces[(int32_t)surface] : NULL;
+    if (!lensimport__word(r) || !lensimport__number(r, &v)) s = NULL;
+    if (s != NULL && strcmp(name, "Thickness") == 0) {
+        s->thickness = v;
+        z->last_set |= surface == r->p->surface_count - 2;
+    } else if (s != NULL && strcmp(name, "Curvature") == 0) {
+        lensimport__set_curvature(s, v);
+    } else if (s != NULL && strcmp(name, "Conic") == 0) {
+        s->conic = v;
+    } else if (strcmp(name, "Aperture") == 0) {
+        if (z->pupil) r->facts.epd = v;
+        else if (z->image_space) r->p->fnumber = v;
+    } else {
+        lensimport__report_unfollowed(r, name);
+    }
+}
+
+/* "Thickness of  20 : Solve, marginal ray height": in another state it is another one. */
+static void lensimport__report_solve(lensimport__reader *r, lensimport__report_zoom *z)
+{
+    double v = 0;
+    r->next = 0;
+    if (z->wanted == 0 || !lensimport__word(r) || !lensimport__is(r, "Thickness") || !lensimport__word(r) || !lensimport__word(r) || !lensimport__number(r, &v)) return;
+    lensimport__rest(r);
+    if (strstr(r->text, "ariable") != NULL) return;
+    if (v == r->p->surface_count - 2) z->last_solved = 1;
+    else lensimport__note(r, LENSIMPORT_NOTE_CONFIG_PARTLY, r->line, 0, 0, "Solve");
+}
+
+/* Another state than the rows' is wanted: what the head says holds for theirs. */
+static int lensimport__report_other_state(lensimport__reader *r, const lensimport__report_zoom *z)
+{
+    int32_t i;
+    if (z->wanted > r->report->config_count) { r->report->config = z->wanted; return 1; } /* said for all formats alike */
+    if (!z->seen) return lensimport__fail_at(r, LFLARE_ERROR_ARGUMENT, 0, 0, "this report has zoom state %i alone", r->report->config);
+    r->report->config = z->wanted;
+    r->report->stated_efl = 0;
+    if (!z->image_space) r->p->fnumber = 0;
+    if (!z->pupil) r->facts.epd = 0;
+    if (r->p->fnumber > 0 || r->facts.epd > 0)
+        for (i = 0; i < r->p->surface_count; i++)
+            if (r->p->surfaces[i].is_stop) r->p->surfaces[i].semi_diameter = 0;
+    if (z->last_solved && !z->last_set) r->facts.gap_unknown = 1;
+    return 1;
+}
+
 static int lensimport__read_report(lensimport__reader *r)
 {
-    enum { GENERAL, TITLES, ROWS, DETAIL, INDEX, REST } part = GENERAL;
+    enum { GENERAL, TITLES, ROWS, DETAIL, STATES, SOLVES, INDEX, REST } part = GENERAL;
     lensimport__table table;
+    lensimport__report_zoom zoom;
     double nm[LENSIMPORT__WAVES];
     int32_t surface = -1, waves = 0;
+    memset(&zoom, 0, sizeof zoom);
     while (r->failed == LFLARE_OK && lensimport__line(r)) {
         size_t at = 0;
         while (at < r->length && lensimport__blank(r->text[at])) at++;
         if (at == r->length) continue;
         if (lensimport__begins(r->text + at, r->length - at, "SURFACE DATA SUMMARY")) { if (r->p->surface_count == 0) part = TITLES; continue; }
         if (lensimport__begins(r->text + at, r->length - at, "SURFACE DATA DETAIL")) { part = DETAIL; continue; }
+        if (lensimport__begins(r->text + at, r->length - at, "MULTI-CONFIGURATION DATA")) { part = STATES; continue; }
+        if (lensimport__begins(r->text + at, r->length - at, "SOLVE AND VARIABLE DATA")) { part = SOLVES; continue; }
         if (lensimport__begins(r->text + at, r->length - at, "INDEX OF REFRACTION DATA")) { part = INDEX; continue; }
         if (part == TITLES) {
             lensimport__titles(r, &table);
@@ -2897,15 +3250,20 @@ static int lensimport__read_report(lensimport__reader *r)
         } else if (part == DETAIL) {
             if (r->text[at] >= 'A' && r->text[at] <= 'Z' && r->text[r->length - 1] == ':' && !lensimport__begins(r->text + at, r->length - at, "Surface")) part = REST;
             else lensimport__report_detail(r, &surface);
+        } else if (part == STATES) {
+            lensimport__report_state(r, &zoom);
+        } else if (part == SOLVES) {
+            lensimport__report_solve(r, &zoom);
         } else if (part == INDEX) {
             lensimport__report_index(r, nm, &waves);
         } else if (part == GENERAL) {
             lensimport__report_general(r);
+            lensimport__report_aperture(r, &zoom);
+            zoom.wanted = r->desc->config == r->report->config ? 0 : r->desc->config;
         }
     }
     if (r->failed != LFLARE_OK || lensimport__refused(r)) return 0;
-    if (r->desc->config > 0 && r->desc->config != r->report->config && r->report->config_count > 1)
-        return lensimport__fail_at(r, LFLARE_ERROR_ARGUMENT, 0, 0, "this report has zoom state %i alone", r->report->config);
+    if (zoom.wanted > 0 && !lensimport__report_other_state(r, &zoom)) return 0;
     return lensimport__strip(r);
 }
 
@@ -2918,6 +3276,8 @@ typedef struct lensimport__seq {
     int32_t radii;     /* surfaces have radii, not curvatures */
     int32_t surface;   /* row that commands belong to, -1 none */
     int32_t zooms, image_seen, clear; /* clear: the surface has a plain CIR */
+    int32_t solved;    /* surface whose gap leads to the paraxial image in the first zoom position, 0 none */
+    double solved_gap;
     int32_t private_table, waves, glasses;
     double nm[LENSIMPORT__WAVES];
     double n[LENSIMPORT__PRIVATE][LENSIMPORT__WAVES];
@@ -3172,6 +3532,18 @@ static int lensimport__seq_system(lensimport__reader *r, lensimport__seq *q)
     return 1;
 }
 
+static void lensimport__seq_do(lensimport__reader *r, lensimport__seq *q, int zoomed);
+
+/* Behind ZOO: what has a value for each position. */
+static void lensimport__seq_zoomed(lensimport__reader *r, lensimport__seq *q)
+{
+    static const char followed[] = " FNO EPD NA THI RDY RAD CUY CUF K A B C D E F G H J CIR XDE YDE ZDE ADE BDE CDE STO ", harmless[] = " THC CCY GLC YAN XAN YOB XOB YIM XIM YRI XRI WTF WTW WTC TIT VUX VLX VUY VLY POS REF WL PIM ";
+    char name[12];
+    if (lensimport__among(r, followed)) lensimport__seq_do(r, q, 1);
+    else if (r->desc->config > 1 && !q->quoted && !lensimport__among(r, harmless))
+        lensimport__note(r, LENSIMPORT_NOTE_CONFIG_PARTLY, r->line, 0, 0, lensimport__clean(r->word, r->word_size, 0, name, sizeof name));
+}
+
 /* A command; its first word is read. */
 static void lensimport__seq_do(lensimport__reader *r, lensimport__seq *q, int zoomed)
 {
@@ -3185,7 +3557,7 @@ static void lensimport__seq_do(lensimport__reader *r, lensimport__seq *q, int zo
         lensimport__seq_surface(r, q);
     } else if (lensimport__is(r, "ZOO") || lensimport__is(r, "ZOOM")) {
         if (zoomed || !lensimport__seq_word(r, q)) return;
-        if (!lensimport__number(r, &v)) lensimport__seq_do(r, q, 1);
+        if (!lensimport__number(r, &v)) lensimport__seq_zoomed(r, q);
         else if (v >= 1 && v < 1000) q->zooms = (int32_t)v;
     } else if (lensimport__is(r, "STO")) {
         int32_t surface = q->surface;
@@ -3193,6 +3565,9 @@ static void lensimport__seq_do(lensimport__reader *r, lensimport__seq *q, int zo
         if (surface > 0 && surface < r->p->surface_count) r->p->surfaces[surface].is_stop = 1;
     } else if (lensimport__among(r, " FNO EPD NA THI RDY RAD CUY CUF K A B C D E F G H J CIR XDE YDE ZDE ADE BDE CDE ")) {
         lensimport__seq_parameter(r, q, zoomed);
+    } else if (lensimport__is(r, "PIM") && q->surface > 0) {
+        q->solved = q->surface;
+        q->solved_gap = r->p->surfaces[q->surface].thickness;
     } else if (lensimport__among(r, " REFL RMD ")) {
         if (lensimport__is(r, "REFL") || (lensimport__seq_word(r, q) && lensimport__begins(r->word, r->word_size, "REFL")))
             lensimport__refuse(r, LENSIMPORT_REFUSED_MIRROR, r->line, r->word, r->word_size);
@@ -3241,6 +3616,7 @@ static int lensimport__read_seq(lensimport__reader *r)
         lensimport__set_glass(r, &s->medium, name, strlen(name), s->line);
     }
     if (r->desc->config > 1) lensimport__forget_stop(r);
+    if (r->desc->config > 1 && q.solved > 0 && q.solved == r->p->surface_count - 2 && r->p->surfaces[q.solved].thickness == q.solved_gap) r->facts.gap_unknown = 1;
     r->report->config_count = q.zooms;
     r->report->config = r->desc->config > 0 ? r->desc->config : 1;
     return lensimport__strip(r);
@@ -3535,7 +3911,7 @@ static int lensimport__read_pbrt(lensimport__reader *r)
     int named = 0;
     int32_t i, stops = 0;
     while (r->failed == LFLARE_OK && lensimport__line(r)) {
-        if (!lensimport__word(r)) continue;
+        if (!lensimport__word(r) || lensimport__is(r, "radius")) continue;
         if (r->word[0] != '#') { lensimport__pbrt_row(r); continue; }
         if (named++) continue;
         r->next = (size_t)(r->word + 1 - r->text);
@@ -3825,16 +4201,33 @@ static int lensimport__json_string(lensimport__reader *r, lensimport__value *v)
     return ch != 0 || lensimport__fail_at(r, LFLARE_ERROR_SYNTAX, r->line, lensimport__column(r), "the text ends within a string");
 }
 
+/* LensSim's members are named by their number and may stand in any order. */
+static void lensimport__json_sort(lflare_prescription *p, double *number)
+{
+    int32_t i, k;
+    for (i = 1; i < p->surface_count; i++) {
+        lflare_surface s = p->surfaces[i];
+        double n = number[i];
+        for (k = i; k > 0 && number[k - 1] > n; k--) {
+            p->surfaces[k] = p->surfaces[k - 1];
+            number[k] = number[k - 1];
+        }
+        p->surfaces[k] = s;
+        number[k] = n;
+    }
+}
+
 /* A JSON text flattened: an object within the list lens_elements, or named lens0, lens1 ..., is a row. */
 static int lensimport__read_json(lensimport__reader *r)
 {
     lensimport__value v;
     lensimport__element e;
     lflare_surface *s = NULL;
-    double stop = -1;
+    double stop = -1, number[LFLARE_MAX_SURFACES];
     int32_t depth = 0, list = 0, row = 0, numbered = 0, ended = 0;
     char ch;
     memset(&v, 0, sizeof v);
+    memset(number, 0, sizeof number);
     memset(&e, 0, sizeof e);
     while (r->failed == LFLARE_OK && !ended && (ch = lensimport__char(r)) != 0) {
         if (lensimport__space(ch) || ch == ',' || ch == ':') continue;
@@ -3847,6 +4240,7 @@ static int lensimport__read_json(lensimport__reader *r)
                 memset(&e, 0, sizeof e);
                 row = depth;
                 numbered |= named;
+                if (named) lensimport__read_number(v.key + 4, strlen(v.key + 4), &number[r->p->surface_count - 1]);
             }
             v.key[0] = 0;
         } else if (ch == '}' || ch == ']') {
@@ -3878,6 +4272,7 @@ static int lensimport__read_json(lensimport__reader *r)
     }
     if (r->failed != LFLARE_OK) return 0;
     if (!ended) return lensimport__fail_at(r, LFLARE_ERROR_SYNTAX, r->line, lensimport__column(r), "the text ends within an object");
+    if (numbered) lensimport__json_sort(r->p, number);
     if (stop >= 0 && stop < r->p->surface_count && r->p->surfaces[(int32_t)stop].radius == 0) r->p->surfaces[(int32_t)stop].is_stop = 1;
     lensimport__find_plane_stop(r->p);
     if (numbered) lensimport__shift_gaps(r);
@@ -3911,7 +4306,12 @@ static lensimport_format lensimport__sniff_line(lensimport__reader *r, int32_t *
     if (lensimport__is(r, "VERS") || lensimport__is(r, "SURF")) return lensimport__word(r) && lensimport__number(r, &v) ? LENSIMPORT_ZEMAX : LENSIMPORT_UNKNOWN;
     if (lensimport__is(r, "MODE")) return lensimport__word(r) && (lensimport__is(r, "SEQ") || lensimport__is(r, "NSC")) ? LENSIMPORT_ZEMAX : LENSIMPORT_UNKNOWN;
     if (lensimport__begins(r->word, r->word_size, "RDM") && (r->word_size == 3 || r->word[3] == ';')) return LENSIMPORT_CODEV;
-    if (lensimport__is(r, "SO")) return lensimport__word(r) && lensimport__number(r, &v) && lensimport__word(r) && lensimport__number(r, &v) ? LENSIMPORT_CODEV : LENSIMPORT_UNKNOWN;
+    if (lensimport__is(r, "SO")) {
+        if (!lensimport__word(r) || !lensimport__number(r, &v) || !lensimport__word(r)) return LENSIMPORT_UNKNOWN;
+        for (at = 0; at < r->word_size && r->word[at] != ';' && r->word[at] != '!'; at++) {}
+        return lensimport__read_number(r->word, at, &v) ? LENSIMPORT_CODEV : LENSIMPORT_UNKNOWN;
+    }
+    if (lensimport__is(r, "radius")) return LENSIMPORT_UNKNOWN; /* titles without a '#' */
     if (r->word[0] != '#' && ++*said > 1) return LENSIMPORT_UNKNOWN; /* pbrt's tables begin with a row, but for comments */
     for (i = 0; lensimport__number(r, &v); i++)
         if (i == 3) return LENSIMPORT_PBRT;

@@ -1,7 +1,7 @@
 /* Fuzzing target for lensimport.h: any bytes through the readers, and what they accept through every later stage, which is
    fuzz.c's part. Built three ways, as that one is: with libFuzzer and with coverage (tests/fuzz_import.sh), and with a main of
-   its own that replays files, each also mutated FUZZ_ROUNDS times (-DFUZZ_MAIN, tests/check_import.sh). -DFUZZ_FORMAT=n: other
-   formats are passed over at once. */
+   its own that replays files, each also mutated FUZZ_ROUNDS times (-DFUZZ_MAIN, tests/check_import.sh). With FUZZ_FORMAT=n in the
+   environment other formats are passed over at once. */
 #define LLVMFuzzerTestOneInput fuzz_lens
 #define LLVMFuzzerCustomMutator fuzz_lens_mutator
 #define LLVMFuzzerCustomCrossOver fuzz_lens_crossover
@@ -15,7 +15,7 @@
 #include "lenses/lensimport.h"
 
 #ifndef FUZZ_STAGES
-#define FUZZ_STAGES 24 /* one accepted input in so many goes through all */
+#define FUZZ_STAGES 96 /* one accepted input in so many goes through all */
 #endif
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
@@ -38,6 +38,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     static lflare_prescription p, again;
     static lensimport_report report;
+    static int only = -1;
     lensimport_desc desc;
     lflare_error error;
     lflare_result result;
@@ -49,9 +50,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     desc.config = below(&r, 3) ? 0 : below(&r, 4);
     desc.focus = below(&r, 4) == 0;
     if (below(&r, 8) == 0) desc.catalogues = "CDGM OHARA";
-#ifdef FUZZ_FORMAT
-    if (lensimport_sniff(data, size) != (lensimport_format)FUZZ_FORMAT) return -1;
-#endif
+    if (only < 0) only = getenv("FUZZ_FORMAT") != NULL ? atoi(getenv("FUZZ_FORMAT")) : 0;
+    if (only > 0 && lensimport_sniff(data, size) != (lensimport_format)only) return -1;
     result = lensimport_read(data, size, &desc, &p, &report, &error);
     check_error(result, &error);
     CHECK((size_t)error.line <= size + 1 && error.line >= 0);

@@ -437,6 +437,31 @@ static void test_glass_table(void **state)
     assert_int_equal(lensimport_glass_get(-1, (lensimport_glass *)other.text), LFLARE_ERROR_ARGUMENT);
 }
 
+/* Every row of the list says what it was checked against, and is found by its name, unless a glass with coefficients is. */
+static void test_glass_list(void **state)
+{
+    char *text, *at;
+    size_t size;
+    int32_t listed = 0;
+    (void)state;
+    assert_int_equal(lflare_file_read("lenses/glasses_listed.csv", NULL, NULL, &text, &size, NULL), LFLARE_OK);
+    text = (char *)realloc(text, size + 1);
+    text[size] = 0;
+    for (at = strstr(text, "\nname,") + 1, at = strchr(at, '\n') + 1; *at != 0; at = strchr(at, '\n') + 1) {
+        char name[32], evidence[100];
+        double nd, vd = 0;
+        lensimport_glass g;
+        if (sscanf(at, "%31[^,],%lf,%lf,%99[^\n]", name, &nd, &vd, evidence) != 4) assert_int_equal(sscanf(at, "%31[^,],%lf,,%99[^\n]", name, &nd, evidence), 3);
+        if (lensimport_glass_find(name, strlen(name), NULL, &g) != LENSIMPORT_MATCH_NUMBERS) continue;
+        listed++;
+        assert_near(g.nd, nd, 1e-9);
+        assert_near(g.vd, vd, 1e-9);
+        assert_int_equal(g.medium.kind, vd == 0 ? LFLARE_MEDIUM_CONSTANT : LFLARE_MEDIUM_ABBE);
+    }
+    free(text);
+    assert_true(listed > 300);
+}
+
 static const struct {
     const char *asked, *prefer, *name;
     lensimport_match match;
@@ -471,7 +496,29 @@ static const struct {
     {"JLAK14_HIKARI", NULL, "N-LAK14", LENSIMPORT_MATCH_SUCCESSOR, 1.6968, 55.41},
     {"JLASF05_HIKARI", NULL, "J-LASF05", LENSIMPORT_MATCH_NUMBERS, 1.83481, 42.73},
     {"KFK5_SUMITA", NULL, "N-FK5", LENSIMPORT_MATCH_SUCCESSOR, 1.48749, 70.41},
-    {"MFCD1_HOYA", NULL, "FCD1", LENSIMPORT_MATCH_NUMBERS, 1.497, 81.61},
+    {"MFCD1_HOYA", NULL, "M-FCD1", LENSIMPORT_MATCH_NUMBERS, 1.4971, 81.49},
+    {"LAC7", NULL, "LAC7", LENSIMPORT_MATCH_NUMBERS, 1.6516, 58.44},
+    {"SSK4", NULL, "SSK4", LENSIMPORT_MATCH_NUMBERS, 1.61765, 55.14},
+    {"LAKN6", NULL, "LAKN6", LENSIMPORT_MATCH_NUMBERS, 1.6425, 0}, /* its Vd is not known */
+    {"F4", NULL, "F4", LENSIMPORT_MATCH_NUMBERS, 1.61659, 36.63}, /* Schott's */
+    {"F4", "SCHOTT CDGM", "F4", LENSIMPORT_MATCH_NUMBERS, 1.61659, 36.63},
+    {"F4", "HOYA CDGM SCHOTT", "H-F4", LENSIMPORT_MATCH_SUCCESSOR, 1.62005, 36.35},
+    {"H-LAF3", NULL, "H-LAF3B", LENSIMPORT_MATCH_SUCCESSOR, 1.744, 44.9}, /* not N-LAF3 */
+    {"H-ZLAF53A", NULL, "H-ZLAF53B", LENSIMPORT_MATCH_SUCCESSOR, 1.834, 37.21},
+    {"MC-TAFD51-50", NULL, "M-TAFD51", LENSIMPORT_MATCH_NUMBERS, 1.8208, 42.71},
+    {"MP-NBF1", NULL, "M-NBF1", LENSIMPORT_MATCH_NUMBERS, 1.7433, 49.33},
+    {"ZEONEX_E48R_2017", NULL, "ZEONEX", LENSIMPORT_MATCH_NUMBERS, 1.53116, 56.04},
+    {"E48R_2017_ZEON", NULL, "E48R", LENSIMPORT_MATCH_NUMBERS, 1.53116, 56.04},
+    {"EFDS1W_HOYA", NULL, "FDS1", LENSIMPORT_MATCH_NUMBERS, 1.92286, 20.88},
+    {"K-SSK4", NULL, "SSK4", LENSIMPORT_MATCH_NUMBERS, 1.61765, 55.14},
+    {"K-LASFN9", NULL, "", LENSIMPORT_MATCH_NONE, 0, 0}, /* another glass than Schott's LASFN9 */
+    {"KLAK7_SUMITA", NULL, "", LENSIMPORT_MATCH_NONE, 0, 0},
+    {"SK55", NULL, "SK55", LENSIMPORT_MATCH_NUMBERS, 1.62041, 0},
+    {"PSK53A", NULL, "PSK53A", LENSIMPORT_MATCH_NUMBERS, 1.62014, 0}, /* N-PSK53A is another glass */
+    {"LAF3", NULL, "N-LAF3", LENSIMPORT_MATCH_SUCCESSOR, 1.717, 47.96},
+    {"MC-NOBODY", NULL, "", LENSIMPORT_MATCH_NONE, 0, 0},
+    {"H-SF6", NULL, "", LENSIMPORT_MATCH_NONE, 0, 0},
+    {"K-SFLD6_SUMITA", NULL, "SFLD6", LENSIMPORT_MATCH_NUMBERS, 1.80518, 25.46},
     {"SLAL8_OHARA", NULL, "S-LAL8", LENSIMPORT_MATCH_NAME, 1.713, 53.87},
     {"J-LASF05", NULL, "J-LASF05", LENSIMPORT_MATCH_NUMBERS, 1.83481, 42.73},
     {"E-FD10", NULL, "FD10", LENSIMPORT_MATCH_NUMBERS, 1.72825, 28.32},
@@ -575,6 +622,11 @@ static void test_zmx(void **state)
     assert_int_equal(import_text(ZMX_HEAD ZMX_OBJECT ZMX_STOP "SURF 2\n  CURV 0.02\n  DISZ 5\n  GLAS NOBODY 0 0 1.5 4.0E+1 0 0\n" ZMX_REAR ZMX_IMAGE), LFLARE_ERROR_LENS);
     assert_string_equal(error.text, "the glass 'NOBODY' is in no catalogue known here, and the file has no index for it");
     assert_int_equal(error.line, 19);
+    /* only flags 1 and 2 mean that the numbers are the glass's; picked up from another surface they may be the default, 1.5 40 */
+    assert_int_equal(import_text(ZMX_HEAD ZMX_OBJECT ZMX_STOP "SURF 2\n  CURV 0.02\n  DISZ 5\n  GLAS NOBODY 4 0 1.5 4.0E+1 0 0\n" ZMX_REAR ZMX_IMAGE), LFLARE_ERROR_LENS);
+    import_lens(ZMX_HEAD ZMX_OBJECT ZMX_STOP "SURF 2\n  CURV 0.02\n  DISZ 5\n  GLAS NOBODY 1 0 1.6 50\nSURF 3\n  DISZ 1\nSURF 4\n  DISZ 2\n  GLAS NOBODY 2 2 1.5 40\nSURF 5\n  DISZ 90\nSURF 6\n  DISZ 0\n");
+    assert_near(prescription.surfaces[3].medium.c[0], 1.6, 0);
+    assert_near(prescription.surfaces[3].medium.c[1], 50, 0);
     /* the file's own catalogue comes first: F2 and BAF3 are other glasses at CDGM */
     import_lens("VERS 1\nMODE SEQ\nUNIT MM\nENPD 20\nGCAT CDGM SCHOTT\n" ZMX_OBJECT ZMX_STOP "SURF 2\n  CURV 0.02\n  DISZ 5\n  GLAS H-BAF3 0 0 1.5 4.0E+1\n" ZMX_REAR ZMX_IMAGE);
     assert_near(lens.efl, 50 / 0.57957, 1e-2);
@@ -619,6 +671,11 @@ static void test_zmx(void **state)
     import_lens(ZMX_HEAD ZMX_OBJECT ZMX_STOP "SURF 2\n  CURV 0.02\n  DISZ 5\n  GLAS ___BLANK 1 0 1.5 60\n  DIAM 12 1\n  CLAP 0 11 0\n  OBDC 0 1\n" "SURF 3\n  DISZ 96\n  SQAP 3 4\n" ZMX_IMAGE);
     assert_near(prescription.surfaces[1].semi_diameter, 11, 0);
     assert_string_equal(find_note(LENSIMPORT_NOTE_APERTURE_IGNORED)->label, "OBDC");
+    /* as shops write them: no TYPE, no image surface, names of glasses alone */
+    import_lens("UNIT MM\nSURF 0\n  COMM x\n  FIMP \n\n  CURV 0.0\n  DISZ INFINITY\n  MEMA 0 0 0 0 1 \"\"\nSURF 1\n  STOP\n  CURV 0.02\n  COAT A_B\n  DISZ 5\n  GLAS N-SF11\n  DIAM 5.75 1 0 0 1 \"\"\n  OEMA 0.5 0 0 0 0 \"\"\n  CLAP 0 5.7 0\nSURF 2\n  CURV 0\n  DISZ 60.5\n  DIAM 5\n");
+    assert_near(lens.efl, 50 / 0.78472, 1e-3);
+    assert_near(report.stated_bfd, 60.5, 0);
+    assert_near(prescription.surfaces[1].semi_diameter, 5.7, 0);
     /* Latin-1 in a name becomes UTF-8, UTF-8 stays */
     import_lens("VERS 1\nNAME \xe9t\xc3\xa9 \nENPD 20\n" ZMX_OBJECT ZMX_STOP ZMX_FRONT ZMX_REAR ZMX_IMAGE);
     assert_string_equal(prescription.name, "\xc3\xa9t\xc3\xa9");
@@ -627,7 +684,7 @@ static void test_zmx(void **state)
 static void test_zmx_zoom(void **state)
 {
     static const char zoom[] = ZMX_HEAD ZMX_OBJECT ZMX_STOP ZMX_FRONT "SURF 3\n  DISZ 10\nSURF 4\n  CURV -0.01\n  DISZ 1\n  GLAS ___BLANK 1 0 1.5 60\nSURF 5\n  DISZ 96\n  MAZH 0 0\nSURF 6\n  DISZ 0\n"
-                               "MNUM 2 1\nMOFF   0   1 \"\" 0\nTHIC   3   1 1.0E+1 0 0\nTHIC   3   2 2.0E+1 0 0\nAPER   0   2 1.0E+1 0\nGLSS 2 2 \"BK7\"\nCRVT 4 1 -0.01\nCRVT 4 2 -0.012 0\nWAVE 1 2 0.6\n";
+                               "MNUM 2 1\nMOFF   0   1 \"\" 0\nTHIC   3   1 1.0E+1 0 0\nTHIC   3   2 2.0E+1 0 0\nAPER   0   2 1.0E+1 0\nGLSS 2 2 0 0 \"N-BK7\" 0\nGLSS 4 2 0 \"\" 0\nCRVT 4 1 -0.01\nCRVT 4 2 -0.012 0\nWAVE 1 2 0.6\n";
     double one, two;
     (void)state;
     assert_int_equal(import_config(zoom, sizeof zoom - 1, 0), LFLARE_OK);
@@ -642,10 +699,33 @@ static void test_zmx_zoom(void **state)
     assert_near(prescription.surfaces[3].radius, -1 / 0.012, 1e-9);
     assert_near(prescription.fnumber, two / 10, 1e-9);
     assert_int_equal(prescription.focus, 1); /* the last gap was solved for, in the first state alone */
+    assert_string_equal(prescription.surfaces[1].medium.glass, "N-BK7");
+    assert_near(prescription.surfaces[3].medium.c[0], 1.5, 0); /* it has no name in that state */
     assert_string_equal(find_note(LENSIMPORT_NOTE_CONFIG_PARTLY)->label, "GLSS");
-    assert_true(two > one);
+    assert_near(two, 172.98792, 1e-4); /* computed apart from this code */
+    assert_true(fabs(one - two) > 1);
     assert_int_equal(import_config(zoom, sizeof zoom - 1, 3), LFLARE_ERROR_ARGUMENT);
     assert_int_equal(import_config(zoom, sizeof zoom - 1, -1), LFLARE_ERROR_ARGUMENT);
+}
+
+/* A gap that is another's follows it in every state; rules that the file itself breaks are said. */
+static void test_zmx_pickups(void **state)
+{
+    static const char good[] = ZMX_HEAD ZMX_OBJECT ZMX_STOP ZMX_FRONT "SURF 3\n  DISZ 10\nSURF 4\n  CURV -0.01\n  DISZ 1\n  GLAS ___BLANK 1 0 1.5 60\nSURF 5\n  DISZ 86\n  PZUP 3 -1.0E+0 9.6E+1 0\nSURF 6\n  DISZ 0\nMNUM 2 1\nTHIC 3 1 10\nTHIC 3 2 20\n",
+                      bad[] = ZMX_HEAD ZMX_OBJECT ZMX_STOP ZMX_FRONT "SURF 3\n  DISZ 10\n  MAZH 0 0\nSURF 4\n  CURV -0.01\n  DISZ 1\n  GLAS ___BLANK 1 0 1.5 60\nSURF 5\n  DISZ 86\n  PZUP 3 1 0 0\nSURF 6\n  DISZ 0\nMNUM 2 1\nTHIC 0 2 1e10\n";
+    (void)state;
+    assert_int_equal(import_config(good, sizeof good - 1, 0), LFLARE_OK);
+    assert_near(report.stated_bfd, 86, 0);
+    assert_int_equal(import_config(good, sizeof good - 1, 2), LFLARE_OK);
+    assert_near(prescription.surfaces[2].thickness, 20, 0);
+    assert_near(report.stated_bfd, 76, 1e-12);
+    assert_null(find_note(LENSIMPORT_NOTE_CONFIG_PARTLY));
+    assert_int_equal(import_config(bad, sizeof bad - 1, 0), LFLARE_OK);
+    assert_null(find_note(LENSIMPORT_NOTE_CONFIG_PARTLY));
+    assert_int_equal(import_config(bad, sizeof bad - 1, 2), LFLARE_OK);
+    assert_near(report.stated_bfd, 86, 0);
+    assert_string_equal(find_note(LENSIMPORT_NOTE_CONFIG_PARTLY)->label, "PZUP");
+    assert_string_equal(find_note(LENSIMPORT_NOTE_CONFIG_PARTLY)[1].label, "MAZH");
 }
 
 static void test_report_text(void **state)
@@ -662,6 +742,55 @@ static void test_report_text(void **state)
     assert_int_equal(report.config_count, 3);
     assert_near(report.stated_efl, 100, 0);
     assert_null(find_note(LENSIMPORT_NOTE_EFL_DIFFERS));
+}
+
+/* A report's own table of zoom states, as such reports have it. */
+#define REPORT_ZOOM(aperture, solves)                                                                                                                         \
+    "System/Prescription Data\nTitle: \nConfiguration 1 of 3\nSystem Aperture         : \t" aperture "\nEffective Focal Length  :\t 98.0\t(in air)\nImage Space F/# :\t 5\nEntrance Pupil Diameter :\t 20\n\n" \
+    "SURFACE DATA SUMMARY:\n\nSurf\tType\tRadius\tThickness\tGlass\tDiameter\tConic\tComment\n OBJ\tSTANDARD\tInfinity\tInfinity\t\t0\t0\t\n   1\tSTANDARD\t50\t5\t1.5, 60\t24\t0\t\n   2\tSTANDARD\tInfinity\t10\t\t24\t0\t\n" \
+    " STO\tSTANDARD\tInfinity\t1\t\t18\t0\t\n   4\tSTANDARD\t-100\t1\t1.5, 60\t20\t0\t\n   5\tSTANDARD\tInfinity\t80\t\t20\t0\t\n IMA\tSTANDARD\tInfinity\t\t\t36\t0\t\n\nSURFACE DATA DETAIL:\n\nSurface OBJ STANDARD \n\nEDGE THICKNESS DATA:\n\nSurf\tEdge\n   1\t0.04\n\n" \
+    "MULTI-CONFIGURATION DATA:\n\nConfiguration   1:\n\n  1 Thickness   2 :            10 \n  2 Thickness   5 :            80 \n\nConfiguration   2:\n\n  1 Thickness   2 :          20.5 \n  2 Thickness   5 :        81.25 \n  3 Aperture      :            25 \n\n" \
+    "Configuration   3:\n\n  1 Thickness   2 :            30 \n  3 Wave    1 :  0.6\n  4 Curvature   4 :         -0.02\n  5 Conic 4 : -1 \n  6 Glass   4 : N-BK7\n\nSOLVE AND VARIABLE DATA:\n\n" solves "\nINDEX OF REFRACTION DATA:\n"
+
+static void test_report_zoom(void **state)
+{
+    static const char pupil[] = REPORT_ZOOM("Entrance Pupil Diameter = \t 20", " Thickness of   5       : Solve, marginal ray height = 0\n"), number[] = REPORT_ZOOM("Image Space F/# = \t 5", " Thickness of   5       : Variable\n"),
+                      opened[] = REPORT_ZOOM("Float By Stop Size = \t 9", " Thickness of   2       : Solve, pick up\n");
+    (void)state;
+    assert_int_equal(import_config(pupil, sizeof pupil - 1, 0), LFLARE_OK);
+    assert_int_equal(report.config, 1);
+    assert_int_equal(report.config_count, 3);
+    assert_near(report.stated_efl, 98, 0);
+    assert_near(prescription.surfaces[1].thickness, 10, 0);
+    assert_null(find_note(LENSIMPORT_NOTE_CONFIG_PARTLY));
+    assert_int_equal(import_config(pupil, sizeof pupil - 1, 2), LFLARE_OK);
+    assert_int_equal(report.config, 2);
+    assert_near(report.stated_efl, 0, 0); /* that was the first state's */
+    assert_near(prescription.surfaces[1].thickness, 20.5, 0);
+    assert_near(report.stated_bfd, 81.25, 0);
+    assert_near(prescription.fnumber, report.efl / 25, 1e-9);
+    assert_near(prescription.surfaces[2].semi_diameter, 0, 0); /* the first state's stop */
+    assert_int_equal(prescription.focus, 0);
+    assert_int_equal(import_config(pupil, sizeof pupil - 1, 3), LFLARE_OK);
+    assert_near(prescription.surfaces[3].radius, -50, 1e-9);
+    assert_near(prescription.surfaces[3].conic, -1, 0);
+    assert_near(prescription.fnumber, report.efl / 20, 1e-9);
+    assert_int_equal(prescription.focus, 1); /* the last gap was solved for, in the first state */
+    assert_string_equal(find_note(LENSIMPORT_NOTE_CONFIG_PARTLY)->label, "Glass");
+    assert_int_equal(import_config(pupil, sizeof pupil - 1, 4), LFLARE_ERROR_ARGUMENT);
+    assert_string_equal(error.text, "zoom state 4 was asked for, the file has 3");
+    assert_int_equal(import_config(number, sizeof number - 1, 2), LFLARE_OK);
+    assert_near(prescription.fnumber, 25, 0); /* this aperture is an f-number */
+    assert_int_equal(import_config(number, sizeof number - 1, 3), LFLARE_OK);
+    assert_near(prescription.fnumber, 5, 0);
+    assert_near(report.stated_bfd, 80, 0);
+    assert_int_equal(import_config(opened, sizeof opened - 1, 3), LFLARE_OK);
+    assert_near(prescription.fnumber, 0, 0);
+    assert_near(prescription.surfaces[2].semi_diameter, 9, 0); /* what is set is the stop's size, which stays */
+    assert_string_equal(find_note(LENSIMPORT_NOTE_CONFIG_PARTLY)[1].label, "Solve");
+    /* without the table there is the one state */
+    assert_int_equal(import_config(pupil, (size_t)(strstr(pupil, "MULTI") - pupil), 2), LFLARE_ERROR_ARGUMENT);
+    assert_string_equal(error.text, "this report has zoom state 1 alone");
 }
 
 static void test_seq(void **state)
@@ -685,6 +814,8 @@ static void test_seq(void **state)
     assert_near(lens.efl, 100, 1e-9);
     import_lens("RDM;LEN\nEPD 20\nSO 0 1e10\nS 50 5 1.5:60\nSTO\nS 0 96 AIR\nSI 0 0\n");
     assert_near(lens.efl, 100, 1e-9);
+    import_lens("LEN NEW; DIM M\nEPD 20\nSO 0 0.1e14; S 0.02 5 1.5:60; STO\nS 0 96 AIR\nSI 0 0\n");
+    assert_near(lens.efl, 100, 1e-9);
     import_lens("RDM;LEN\nEPD 20\nSO 0 1e10\nS 50 5 500000.600000\nSTO\nS 0 96\nSI 0 0\n");
     assert_near(lens.efl, 100, 1e-9);
     assert_near(prescription.surfaces[1].medium.c[1], 60, 1e-9);
@@ -693,6 +824,7 @@ static void test_seq(void **state)
     assert_near(prescription.surfaces[1].medium.c[1], 42.4352, 1e-3);
     assert_int_equal(import_text("RDM;LEN\nFNO 5\nSO 0 1e14\nS 50 5 'XYZ'; STO\nS 0.0 9.6\nSI 0 0\nPRV\nPWL 550\n'XYZ' SEL 1 2 3\nEND\nGO\n"), LFLARE_ERROR_LENS);
     /* zoom positions, in every way they are written */
+    static const char solved[] = "RDM;LEN\nFNO 5\nSO 0 1e10\nS 50 5 500.600\nSTO\nS 0 10\nS -100 1 500.600\nS 0 80\nPIM\nSI 0 0\nZOO 2\nZOO THI S2 10 15\nZOO GLA S1 BK7 F2\nZOO YAN F1 0 0\nGO\n";
     static const char zoom[] = "RDM;LEN\nFNO 5\nSO 0 1e10\nS 50 5 500.600\nSTO\nS 0 10\nS -100 1 500.600\nS 0 80\nSI 0 0\nZOO 3\nZOO TIT\nTIT Z1 \"a\"\nZOO THI S2 10 15 20\nZOO THI S4\nTHI S4 Z1 80; THI S4 Z2 81; THI S4 Z3 82\nZOO FNO 5 6 7\nZOO THC S2 100 100 100\nGO\n";
     assert_int_equal(import_config(zoom, sizeof zoom - 1, 0), LFLARE_OK);
     assert_near(prescription.surfaces[2].thickness, 10, 0);
@@ -701,7 +833,15 @@ static void test_seq(void **state)
     assert_near(prescription.surfaces[2].thickness, 20, 0);
     assert_near(report.stated_bfd, 82, 0);
     assert_near(prescription.fnumber, 7, 0);
+    assert_null(find_note(LENSIMPORT_NOTE_CONFIG_PARTLY));
     assert_int_equal(import_config(zoom, sizeof zoom - 1, 4), LFLARE_ERROR_ARGUMENT);
+    /* the last gap solved for the image: that of the first position; what is zoomed and not followed is said */
+    assert_int_equal(import_config(solved, sizeof solved - 1, 1), LFLARE_OK);
+    assert_near(report.stated_bfd, 80, 0);
+    assert_null(find_note(LENSIMPORT_NOTE_CONFIG_PARTLY));
+    assert_int_equal(import_config(solved, sizeof solved - 1, 2), LFLARE_OK);
+    assert_int_equal(prescription.focus, 1);
+    assert_string_equal(find_note(LENSIMPORT_NOTE_CONFIG_PARTLY)->label, "GLA");
     assert_int_equal(import_text("RDM;LEN\nS 50 5 BK7\n"), LFLARE_ERROR_SYNTAX);
     assert_int_equal(import_text("RDM;LEN\nEPD 20\nSO 0 1e10\nS 50 5 NOBODY_SCHOTT\nSTO\nS 0 96\nSI 0 0\n"), LFLARE_ERROR_LENS);
     assert_int_equal(error.line, 4);
@@ -763,6 +903,8 @@ static void test_tables(void **state)
     import_lens("50 5 1.5 24 60\n0 3 1 24\n0 2 1 20\n100 3 1.5 24 60\n-100 0 1 24 # end\n");
     assert_int_equal(lens.stop, 2); /* a plane in air; the rear of the first lens is none */
     assert_int_equal(prescription.surfaces[0].medium.kind, LFLARE_MEDIUM_ABBE);
+    import_lens("radius thickness eta aperture\n50 5 1.5 24\n0 2 0 20\n0 90 1 24\n");
+    assert_int_equal(lens.surface_count, 3);
     assert_int_equal(import_text("50 5 1.5 24\n0 3 1\n"), LFLARE_ERROR_SYNTAX);
     assert_string_equal(error.text, "four numbers were expected, radius, gap, index and diameter");
     assert_int_equal(error.line, 2);
@@ -808,6 +950,12 @@ static void test_markup(void **state)
     assert_near(lens.efl, 100, 1e-9);
     assert_int_equal(lens.stop, 2);
     assert_near(prescription.surfaces[2].semi_diameter, 10, 0);
+    /* members in the order of their names, as some write them: lens10 before lens2 */
+    import_lens("{\"lens10\": {\"curvature_radius\": 0, \"thickness\": 0, \"nd\": 0, \"aperture_diameter\": 20, \"is_stop\": true}, \"lens2\": {\"curvature_radius\": 0, \"thickness\": 2, \"nd\": 1.0, \"aperture_diameter\": 24},"
+                "\"lens1\": {\"curvature_radius\": 50, \"thickness\": 5, \"nd\": 1.5, \"aperture_diameter\": 24}}");
+    assert_near(lens.efl, 100, 1e-9);
+    assert_near(prescription.surfaces[0].radius, 50, 0);
+    assert_int_equal(lens.stop, 2);
     assert_int_equal(import_text("{\"lens_elements\": [{\"radius\": \"abc\"}]}"), LFLARE_ERROR_SYNTAX);
     assert_int_equal(import_text("{\"lens_elements\": [{\"radius\": 1"), LFLARE_ERROR_SYNTAX);
     assert_int_equal(import_text("{\"name\": \"abc"), LFLARE_ERROR_SYNTAX);
@@ -937,6 +1085,7 @@ static void test_sentences(void **state)
 /* An answer, and a whole one: an error has a sentence, a prescription can be derived or says why not, and can be written. */
 static void check_any(const char *bytes, size_t size, int32_t config)
 {
+    static lflare_prescription before;
     char *exact = (char *)malloc(size > 0 ? size : 1); /* a byte too far is seen by sanitisers */
     lflare_result result;
     int32_t i;
@@ -952,6 +1101,8 @@ static void check_any(const char *bytes, size_t size, int32_t config)
     }
     assert_int_equal(result, LFLARE_OK);
     assert_true(report.format != LENSIMPORT_UNKNOWN && report.config >= 1 && report.config <= report.config_count);
+    if (memcmp(&prescription, &before, sizeof before) == 0) return; /* of the last cut, too */
+    before = prescription;
     if (lflare_lens_derive(&prescription, &lens, &error) >= 0) {
         page.size = sizeof page.text;
         assert_int_equal(lflare_text_write(&prescription, page.text, &page.size), LFLARE_OK);
@@ -962,7 +1113,27 @@ static void check_any(const char *bytes, size_t size, int32_t config)
     }
 }
 
-/* Every format, and the samples where they are, cut at every byte. */
+/* Every byte counts, but for sanitisers, which are slow: every 17th of large files, so at both bytes of UTF-16. */
+#if defined(__SANITIZE_ADDRESS__)
+enum { CUT_STEP = 17 };
+#else
+enum { CUT_STEP = 1 };
+#endif
+
+/* Milliseconds to read so much of a text, the best of several. */
+static double time_to_read(const char *text, size_t size)
+{
+    double best = 1e9;
+    int round, k;
+    for (round = 0; round < 5; round++) {
+        clock_t began = clock();
+        for (k = 0; k < 10; k++) lensimport_read(text, size, NULL, &prescription, &report, &error);
+        if (best > (double)(clock() - began)) best = (double)(clock() - began);
+    }
+    return best / CLOCKS_PER_SEC * 1e3 / 10;
+}
+
+/* Every format, and the samples where they are, cut at every byte; how long parts of them take. */
 static void test_cut(void **state)
 {
     static lflare_lens own;
@@ -971,15 +1142,20 @@ static void test_cut(void **state)
     int which, i;
     (void)state;
     read_own("heliar-tronnier", &own);
+    print_message("#                                       bytes   ms: a quarter    half   three quarters  whole\n");
     for (which = 0; which < WRITTEN; which++) {
         write_as(&own, which);
         memcpy(whole, other.text, size = other.size);
+        print_message("# %-34s %9d %14.3f %10.3f %10.3f %10.3f\n", written_names[which], (int)size, time_to_read(whole, size / 4), time_to_read(whole, size / 2), time_to_read(whole, size * 3 / 4), time_to_read(whole, size));
         for (n = 0; n < size; n++) check_any(whole, n, 0);
     }
     for (i = 0; i < SAMPLES; i++) {
-        char *text = read_sample(samples[i].name, &size);
+        char *text;
+        if (i > 0 && strcmp(samples[i].name, samples[i - 1].name) == 0) continue; /* another zoom state of it */
+        text = read_sample(samples[i].name, &size);
         if (text == NULL) break;
-        for (n = 0; n < size; n += size > 20000 ? 17 : 1) check_any(text, n, i % 3);
+        print_message("# %-34s %9d %14.3f %10.3f %10.3f %10.3f\n", samples[i].name, (int)size, time_to_read(text, size / 4), time_to_read(text, size / 2), time_to_read(text, size * 3 / 4), time_to_read(text, size));
+        for (n = 0; n < size; n += size > 20000 ? CUT_STEP : 1) check_any(text, n, i % 3);
         free(text);
     }
 }
@@ -1067,8 +1243,9 @@ static void test_time(void **state)
         const char *head, *repeated;
     } texts[] = {
         {"", "x y z\n"}, {"", "                                                                    "}, {"", "\n"}, {"", "\"a b"}, {"VERS 1\n", "XFLN 1 2 3 4 5 6 7 8 9 10 11 12\n"},
-        {ZMX_HEAD ZMX_OBJECT "SURF 1\n", "  PARM 2 1e-9\n"}, {ZMX_HEAD ZMX_OBJECT "SURF 1\n", "  GLAS NOBODYS 1 0 1.5 60\n"}, {ZMX_HEAD ZMX_OBJECT ZMX_STOP "MNUM 3 1\n", "THIC 1 2 3.5\n"},
+        {ZMX_HEAD ZMX_OBJECT "SURF 1\n", "  PARM 2 1e-9\n"}, {ZMX_HEAD ZMX_OBJECT "SURF 1\n", "  GLAS NOBODYS 1 0 1.5 60\n"}, {ZMX_HEAD ZMX_OBJECT "SURF 1\n", "  GLAS MC-A_B_C-1_D_E_F_G_H_I_J_K_L_M_N_O_P_1HT 1 0 1.5 60\n"}, {ZMX_HEAD ZMX_OBJECT ZMX_STOP "MNUM 3 1\n", "THIC 1 2 3.5\n"},
         {"SURFACE DATA SUMMARY:\n", "Surf Type Radius\n"}, {"SURFACE DATA SUMMARY:\nSurf Type Radius\n OBJ STANDARD 1\nx\nINDEX OF REFRACTION DATA:\n", " Surf 1 2 3\n 0 1 2 3\n"},
+        {"SURFACE DATA SUMMARY:\nSurf Type Radius\n OBJ STANDARD 1\nx\nMULTI-CONFIGURATION DATA:\n", "Configuration 2:\n 1 Glass 0 : 3\n"}, {ZMX_HEAD ZMX_OBJECT "SURF 1\n", "  PZUP 0 1 0\n"}, {"{\"", "lens1\":{},\""},
         {"RDM;LEN\nSO 0 1\n", "K 1;"}, {"RDM;LEN\nSO 0 1\n", "GLA S0 NOBODY\n"}, {"RDM;LEN\nSO 0 1\nTHI ", "&\n"}, {"RDM;LEN\nSO 0 1\n", "ZOO "}, {"RDM;LEN\nSO 0 1\n", "'"}, {"RDM;LEN\nSO 0 1\nYAN", " 1"},
         {"[variable distances]\n", "d1\t1\t2\t3\n"}, {"[lens data]\n1\t1\t1\n[aspherical data]\n", "1\t1\t0\t1e-9\n"}, {"[lens data]\n", "\t"}, {"1 2 3 4\n", "# comment\n"},
         {"<opticalSystem>", "<a>b</a>"}, {"<opticalSystem>", "<"}, {"<opticalSystem>", "<!--x"}, {"<opticalSystem a=\"", "<"}, {"{", "\"a\":{"}, {"{", "[1,"}, {"{\"", "\\\""}, {"surfaces:\n", "#\n"}};
@@ -1120,8 +1297,8 @@ static void test_places(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_written), cmocka_unit_test(test_samples), cmocka_unit_test(test_sample_notes), cmocka_unit_test(test_glass_table), cmocka_unit_test(test_glass_names),
-                                       cmocka_unit_test(test_zmx), cmocka_unit_test(test_zmx_zoom), cmocka_unit_test(test_report_text), cmocka_unit_test(test_seq), cmocka_unit_test(test_bench), cmocka_unit_test(test_tables), cmocka_unit_test(test_markup),
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_written), cmocka_unit_test(test_samples), cmocka_unit_test(test_sample_notes), cmocka_unit_test(test_glass_table), cmocka_unit_test(test_glass_list), cmocka_unit_test(test_glass_names),
+                                       cmocka_unit_test(test_zmx), cmocka_unit_test(test_zmx_zoom), cmocka_unit_test(test_zmx_pickups), cmocka_unit_test(test_report_text), cmocka_unit_test(test_report_zoom), cmocka_unit_test(test_seq), cmocka_unit_test(test_bench), cmocka_unit_test(test_tables), cmocka_unit_test(test_markup),
                                        cmocka_unit_test(test_options), cmocka_unit_test(test_refused), cmocka_unit_test(test_sentences), cmocka_unit_test(test_cut), cmocka_unit_test(test_mutated), cmocka_unit_test(test_limits),
                                        cmocka_unit_test(test_time), cmocka_unit_test(test_places)};
     return cmocka_run_group_tests(tests, NULL, NULL);
