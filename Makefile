@@ -7,6 +7,7 @@
 # make shaders writes shaders_embedded/*.glsl into lensflare.h
 # make glasses writes lenses/glasses*.csv into lenses/lensimport.h
 # make diagrams draws the lenses and their page, lenses/README.md
+# make flares  renders the small pictures on that page; needs ImageMagick
 # make fits    fits the lenses whose fits are small enough to lie beside them
 # make fuzz    thirty minutes of fuzzing (SECONDS=n for less); make coverage shows what it reached
 # make fuzz-import fuzzes each reader of foreign formats for twenty minutes (SECONDS=n), and shows what that reached
@@ -113,6 +114,10 @@ glasses:
 diagrams: $(B)/flare
 	lenses/diagrams/gallery.sh
 
+# Their flares, in seconds.
+flares: $(B)/flare
+	lenses/flares/flares.sh
+
 # Under 100 KB each; `flare fit` makes the others in seconds.
 fits: $(B)/flare
 	for lens in cooke-triplet-27 heliar-tronnier petzval-kodak topogon; do $(B)/flare fit lenses/$$lens.lens -o lenses/$$lens.fit || exit; done
@@ -129,4 +134,4 @@ coverage:
 clean:
 	rm -rf $(B)
 
-.PHONY: all no-windows demo test tests bench models fringes shaders glasses diagrams fits fuzz fuzz-import coverage clean
+.PHONY: all no-windows demo test tests bench models fringes shaders glasses diagrams flares fits fuzz fuzz-import coverage clean

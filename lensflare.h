@@ -7883,10 +7883,10 @@ static int32_t lflare__drop_holders(const lflare__rims *rims, int32_t count, dou
     return kept;
 }
 
-/* Which circles bind or come within `margin` (of the smaller of circle and pupil) of it: a circle binds if it comes near a
-   corner of the intersection, since seen from its centre the farthest point of each stretch is one of its ends. With no
-   stretches (n == 0) a point is left, at `middle`. */
-static void lflare__near(const lflare_circle *c, int32_t count, double u, double margin, const lflare__stretch *s, int32_t n, double middle, uint8_t *out)
+/* Which circles bind (1) or come within `margin` (of the smaller of circle and pupil) of it (0 to 1, the nearer the more): a circle
+   binds if it comes near a corner of the intersection, since seen from its centre the farthest point of each stretch is one of its ends.
+   With no stretches (n == 0) a point is left, at `middle`. */
+static void lflare__near(const lflare_circle *c, int32_t count, double u, double margin, const lflare__stretch *s, int32_t n, double middle, double *out)
 {
     int32_t i, k;
     double x[LFLARE_MAX_CIRCLES + 1], y2[LFLARE_MAX_CIRCLES + 1];
@@ -7898,13 +7898,20 @@ static void lflare__near(const lflare_circle *c, int32_t count, double u, double
         y2[i] = n == 0 ? 0 : lflare__max((on->radius - t) * (on->radius + t), 0);
     }
     for (k = 0; k < count; k++) {
-        double limit = c[k].radius - margin * lflare__min(c[k].radius, c[0].radius);
-        out[k] = 0;
-        for (i = 0; i <= n && !out[k]; i++) {
+        double room = margin * lflare__min(c[k].radius, c[0].radius), limit = c[k].radius - room, far2 = 0;
+        for (i = 0; i <= n; i++) {
             double dx = x[i] - c[k].centre * u;
-            out[k] = dx * dx + y2[i] > limit * limit;
+            far2 = lflare__max(far2, dx * dx + y2[i]);
         }
+        out[k] = far2 > limit * limit ? (sqrt(far2) - limit) / room : 0;
     }
+}
+
+/* How long a stretch of an outline is. */
+static double lflare__stretch_length(const lflare_circle *c, const lflare__stretch *s, double u)
+{
+    double t0 = s->from - c[s->circle].centre * u, t1 = s->to - c[s->circle].centre * u, r = c[s->circle].radius;
+    return hypot(t1 - t0, lflare__chord(r, t1) - lflare__chord(r, t0));
 }
 
 /* Which rims bind anywhere in the field at any wavelength, iris open: a circle needless beside the open iris is needless
@@ -7912,10 +7919,9 @@ static void lflare__near(const lflare_circle *c, int32_t count, double u, double
    there it may bind once it closes. */
 static int32_t lflare__choose_rims(const lflare__rims *rims, int32_t count, int32_t stop, int32_t *chosen)
 {
-    enum { SAMPLES = 16 };
+    enum { SAMPLES = 32 }; /* next to where a ghost is hidden rims take turns quickly */
     int32_t keep[LFLARE_MAX_CIRCLES], pair[2], kept, i, j, k, used = 0;
-    uint8_t near[LFLARE_MAX_CIRCLES];
-    double outline[LFLARE_MAX_CIRCLES], u_max = 60;
+    double outline[LFLARE_MAX_CIRCLES], near[LFLARE_MAX_CIRCLES], u_max = 60;
     for (i = 1; i < count; i++) /* pairs with the pupil or the iris: enough for a bound */
         for (k = 0; k < 2 && k < i; k++) u_max = lflare__part(&rims[1].circles[i], &rims[1].circles[k], u_max);
     kept = lflare__drop_holders(&rims[1], count, 1.02 * u_max, stop, keep);
@@ -7930,15 +7936,11 @@ static int32_t lflare__choose_rims(const lflare__rims *rims, int32_t count, int3
             lflare__stretch stretches[LFLARE_MAX_CIRCLES];
             double u = hidden * (j - 0.25) / (double)SAMPLES;
             int32_t n = lflare__envelope(c, kept, u, stretches, &lo, &hi);
-            for (i = 0; i < n; i++) {
-                const lflare_circle *on = &c[stretches[i].circle];
-                double t0 = stretches[i].from - on->centre * u, t1 = stretches[i].to - on->centre * u, dy = lflare__chord(on->radius, t1) - lflare__chord(on->radius, t0);
-                outline[stretches[i].circle] += sqrt((t1 - t0) * (t1 - t0) + dy * dy) / (hi - lo);
-            }
+            for (i = 0; i < n; i++) outline[stretches[i].circle] += lflare__stretch_length(c, &stretches[i], u) / (hi - lo);
             if (k != 1) continue;
             lflare__near(c, kept, u, 0.03, stretches, n, 0.5 * (lo + hi), near);
             for (i = 0; i < kept; i++)
-                if (near[i]) outline[i] += 1e-7; /* may bind between samples */
+                if (near[i] > 0) outline[i] += 1e-7; /* may bind between samples */
         }
     }
     while (used < LFLARE_MAX_RIMS) {
@@ -8304,57 +8306,96 @@ static void lflare__mesh_cull(lflare_tables *t, int32_t g)
 
 #endif /* LFLARE_NO_ABERRATION */
 
-/* Bits of the circles that bind at slope u, or nearly so for soft edges: bit 0 the pupil, then the rims. */
-static int32_t lflare__binding(const lflare_circle *c, int32_t count, double u)
+/* A ghost's circles at all wavelengths: see lflare__table_circles. */
+typedef struct lflare__circles {
+    lflare_circle at[LFLARE_WAVELENGTHS][2 + LFLARE_MAX_RIMS];
+    int32_t count;
+} lflare__circles;
+
+/* Rims this far from binding, in radii, are looked at: they may cut the light of parts of a lamp. */
+#define LFLARE__BINDING_NEAR 0.3
+
+/* How much of the outline each circle makes at slope u, over the outline's extent, at all wavelengths together. Those that nearly bind count a
+   little, for soft edges: the more, the nearer they come. */
+static void lflare__binding_shares(const lflare__circles *c, double u, double *share)
 {
-    lflare__stretch stretches[LFLARE_MAX_CIRCLES];
-    uint8_t near[LFLARE_MAX_CIRCLES];
-    double lo, hi;
-    int32_t n = lflare__envelope(c, count, u, stretches, &lo, &hi), bits = 0, k;
-    lflare__near(c, count, u, 0.03, stretches, n, 0.5 * (lo + hi), near);
-    for (k = 0; k < count; k++)
-        if (near[k] && k != 1) bits |= 1 << (k == 0 ? 0 : k - 1);
-    return bits;
+    int32_t k, i;
+    for (i = 0; i < c->count; i++) share[i] = 0;
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
+        lflare__stretch stretches[LFLARE_MAX_CIRCLES];
+        double near[LFLARE_MAX_CIRCLES], lo, hi;
+        int32_t n = lflare__envelope(c->at[k], c->count, u, stretches, &lo, &hi);
+        for (i = 0; i < n; i++) share[stretches[i].circle] += lflare__stretch_length(c->at[k], &stretches[i], u) / (hi - lo);
+        lflare__near(c->at[k], c->count, u, LFLARE__BINDING_NEAR, stretches, n, 0.5 * (lo + hi), near);
+        for (i = 0; i < c->count; i++) share[i] += 1e-6 * near[i];
+    }
+}
+
+/* Bits of the circles that bind between two samples of the field, given their shares at both: bit 0 the pupil, then the rims. A footprint has room
+   for LFLARE_MAX_EDGES - 1 beside the iris: those with most of the outline. Rims much alike, of which one hides the others, leave room so. */
+static int32_t lflare__binding(const double *first, const double *second, int32_t count)
+{
+    int32_t chosen = 2, room, k; /* the iris is no matter of choice */
+    for (room = LFLARE_MAX_EDGES - 1; room > 0; room--) {
+        double most = 0;
+        int32_t best = 1;
+        for (k = 0; k < count; k++)
+            if (!(chosen >> k & 1) && first[k] + second[k] > most) {
+                most = first[k] + second[k];
+                best = k;
+            }
+        chosen |= 1 << best;
+    }
+    return (chosen & 1) | (chosen >> 1 & ~1);
+}
+
+/* Geometry of the field's samples, at the middle wavelength but for what binds. */
+static void lflare__configure_shape(lflare_tables *t, int32_t g, const lflare__circles *c, double hidden)
+{
+    float *sample = t->field + (size_t)g * LFLARE_FIELD_SAMPLES * LFLARE_FIELD_FLOATS;
+    double m11 = (double)t->head[(size_t)g * LFLARE_HEAD_FLOATS + 6], m12 = (double)t->head[(size_t)g * LFLARE_HEAD_FLOATS + 7];
+    double turn[2 + LFLARE_MAX_RIMS], shares[2][2 + LFLARE_MAX_RIMS];
+    int32_t j, i;
+    for (j = 0; j < LFLARE_FIELD_SAMPLES; j++, sample += LFLARE_FIELD_FLOATS) {
+        double u = j + 1 < LFLARE_FIELD_SAMPLES ? tan(atan(hidden) * j / (LFLARE_FIELD_SAMPLES - 1)) : hidden, turn0 = 0, turn2 = 0;
+        lflare_region region = lflare_region_of(c->at[1], c->count, u, turn);
+        region.area *= 1 - turn[1] / (2 * LFLARE__PI) * (1 - (double)t->iris.area);
+        for (i = 0; i < c->count; i++) {
+            double shift = m12 + m11 * c->at[1][i].centre, share = 0.5 * turn[i] * (i == 1 ? (double)t->iris.roundness : 1);
+            turn0 += share;
+            turn2 += share * shift * shift;
+        }
+        sample[3] = (float)region.centroid;
+        sample[4] = (float)sqrt(region.area / LFLARE__PI);
+        sample[5] = (float)turn0;
+        sample[6] = (float)lflare__min(turn2, 1e30);
+        lflare__binding_shares(c, u, shares[j & 1]);
+        if (j > 0) sample[7 - LFLARE_FIELD_FLOATS] = (float)lflare__binding(shares[0], shares[1], c->count);
+        sample[7] = 0; /* at the last one the ghost is hidden */
+    }
 }
 
 static void lflare__configure_ghost(const lflare_lens *lens, lflare_tables *t, const lflare_settings *s, int32_t g,
                                     const double n[][LFLARE_MAX_SURFACES + 1])
 {
-    const float *head = t->head + (size_t)g * LFLARE_HEAD_FLOATS;
+    double m11 = (double)t->head[(size_t)g * LFLARE_HEAD_FLOATS + 6], hidden = 0;
     float *field = t->field + (size_t)g * LFLARE_FIELD_SAMPLES * LFLARE_FIELD_FLOATS;
     lflare__bounce bounces[LFLARE_MAX_CIRCLES];
-    lflare_circle c[2 + LFLARE_MAX_RIMS];
-    double turn[2 + LFLARE_MAX_RIMS], m11 = (double)head[6], m12 = (double)head[7], hidden = 0;
-    int32_t count = 0, pair[2], j, k, i;
+    lflare__circles c;
+    int32_t pair[2], j, k;
     float peak = 0, mean = 0;
     for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
-        count = lflare__table_circles(t, g, k, (double)t->iris.radius, s->paper_clipping, c);
-        hidden = lflare__max(hidden, lflare__hidden_slope(c, count, pair));
+        c.count = lflare__table_circles(t, g, k, (double)t->iris.radius, s->paper_clipping, c.at[k]);
+        hidden = lflare__max(hidden, lflare__hidden_slope(c.at[k], c.count, pair));
     }
     lflare__style_ghost(lens, t, g, s, n[1], hidden);
-    count = lflare__table_circles(t, g, 1, (double)t->iris.radius, s->paper_clipping, c);
-    for (j = 0; j < LFLARE_FIELD_SAMPLES; j++) { /* geometry, at the middle wavelength */
-        float *sample = field + j * LFLARE_FIELD_FLOATS;
-        double u = j + 1 < LFLARE_FIELD_SAMPLES ? tan(atan(hidden) * j / (LFLARE_FIELD_SAMPLES - 1)) : hidden;
-        lflare_region region = lflare_region_of(c, count, u, turn);
-        double iris_share = turn[1] / (2 * LFLARE__PI), turn0 = 0, turn2 = 0;
-        for (i = 0; i < count; i++) {
-            double shift = m12 + m11 * c[i].centre, share = 0.5 * turn[i] * (i == 1 ? (double)t->iris.roundness : 1);
-            turn0 += share;
-            turn2 += share * shift * shift;
-        }
-        region.area *= 1 - iris_share * (1 - (double)t->iris.area);
-        sample[3] = (float)region.centroid;
-        sample[4] = (float)sqrt(region.area / LFLARE__PI);
-        sample[5] = (float)turn0;
-        sample[6] = (float)lflare__min(turn2, 1e30);
-        sample[7] = (float)lflare__binding(c, count, u);
-    }
+    lflare__configure_shape(t, g, &c, hidden);
     {   /* for the exposure: as if at f/8, whatever the iris is, so that stopping down does not brighten the picture */
         double u = 0.25 * lens->sensor_width / lens->efl, area, frame = lens->sensor_width * lens->sensor_height;
         double iris = fabs(lens->stop_a11) * lens->efl / (2 * lflare__max((double)LFLARE_NORMAL_FNUMBER, lens->fnumber));
-        count = lflare__table_circles(t, g, 1, iris, s->paper_clipping, c);
-        area = lflare_region_of(c, count, u, NULL).area;
+        lflare_circle normal[2 + LFLARE_MAX_RIMS];
+        int32_t count = lflare__table_circles(t, g, 1, iris, s->paper_clipping, normal);
+        area = lflare_region_of(normal, count, u, NULL).area;
         mean = (float)(area / lflare__max(frame, area * m11 * m11));
     }
     {
@@ -8362,10 +8403,9 @@ static void lflare__configure_ghost(const lflare_lens *lens, lflare_tables *t, c
         int32_t at = (int32_t)(reference / (float)atan(hidden) * (LFLARE_FIELD_SAMPLES - 1));
         for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
             int32_t bounce_count = lflare__bounces(lens, t, t->pairs[g], n[k], bounces);
-            count = lflare__table_circles(t, g, k, (double)t->iris.radius, s->paper_clipping, c);
             for (j = 0; j < LFLARE_FIELD_SAMPLES; j++) { /* each wavelength along the ray through its own footprint's centroid */
                 double u = j + 1 < LFLARE_FIELD_SAMPLES ? tan(atan(hidden) * j / (LFLARE_FIELD_SAMPLES - 1)) : hidden;
-                float x = k == 1 ? field[j * LFLARE_FIELD_FLOATS + 3] : (float)lflare_region_of(c, count, u, NULL).centroid;
+                float x = k == 1 ? field[j * LFLARE_FIELD_FLOATS + 3] : (float)lflare_region_of(c.at[k], c.count, u, NULL).centroid;
                 field[j * LFLARE_FIELD_FLOATS + k] = lflare__weight(bounces, bounce_count, k, x, (float)u);
             }
             weight += field[at * LFLARE_FIELD_FLOATS + k] / (float)LFLARE_WAVELENGTHS;
@@ -9074,7 +9114,7 @@ static int lflare__field_sample(const lflare_tables *t, int32_t g, float angle, 
     out->radius = lflare__maxf(v[4], 1e-6f * t->entrance_radius);
     out->turn0 = v[5];
     out->turn2 = v[6];
-    out->binding = (int32_t)row[7] | (int32_t)row[7 + LFLARE_FIELD_FLOATS];
+    out->binding = (int32_t)row[7];
     return 1;
 }
 
@@ -9115,21 +9155,34 @@ static float lflare__edge_extent(const lflare_edge *e, int32_t k, const float *r
     return (1 + lflare__edge_profile(e, k, ringing).outer) / lflare__maxf(fabsf(e->gain[k]), 1e-12f);
 }
 
-/* The iris, then those of pupil and rims that bind hereabouts and do not hold all of the smallest edge: the
-   LFLARE_MAX_EDGES - 1 that cut deepest into it. */
+/* Whether an edge cuts into what another one leaves, at any wavelength: where rims are nearly straight they differ much. */
+static int lflare__edge_cuts(const lflare_edge *e, const lflare_edge *of, const float *ringing)
+{
+    int32_t k;
+    for (k = 0; k < LFLARE_WAVELENGTHS; k++) {
+        float middle = -of->offset[k] / of->gain[k];
+        if (fabsf(e->gain[k] * middle + e->offset[k]) + fabsf(e->gain[k]) * lflare__edge_extent(of, k, ringing) - 1 + e->soft[k] > 0) return 1;
+    }
+    return 0;
+}
+
+/* The iris, then those of pupil and rims that bind hereabouts and do not hold all of the smallest edge. */
 static void lflare__footprint_edges(const lflare_tables *t, int32_t g, const lflare__drawn *d, const lflare__sample *s, const lflare_frame_light *l,
                                     float pixel, lflare_footprint *out)
 {
     static const float pupil[12] = {1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0};
     const float *head = t->head + (size_t)g * LFLARE_HEAD_FLOATS, *rim = t->rims + (size_t)g * LFLARE_MAX_RIMS * LFLARE_RIM_FLOATS;
-    lflare_edge e[2 + LFLARE_MAX_RIMS];
-    float depth[LFLARE_MAX_EDGES], middle, reach = 3e38f;
+    lflare_edge e[LFLARE_MAX_EDGES];
+    float reach = 3e38f;
     int32_t count = 1, i, k, smallest = 0;
     out->ringing = t->ringing;
     e[0] = lflare__edge_make(t, head, t->iris.radius, head, d, s, l, pixel, t->iris.softness);
     if (s->binding & 1) e[count++] = lflare__edge_make(t, pupil, t->entrance_radius, head, d, s, l, pixel, 0);
     for (i = 0; i < LFLARE_MAX_RIMS; i++, rim += LFLARE_RIM_FLOATS)
-        if (s->binding >> (i + 1) & 1) e[count++] = lflare__rim_is_stop(rim) ? lflare__edge_make(t, rim, t->iris.radius, head, d, s, l, pixel, t->iris.softness) : lflare__edge_make(t, rim, rim[2], head, d, s, l, pixel, 0);
+        if (s->binding >> (i + 1) & 1) {
+            int stop = lflare__rim_is_stop(rim);
+            e[count++] = lflare__edge_make(t, rim, stop ? t->iris.radius : rim[2], head, d, s, l, pixel, stop ? t->iris.softness : 0);
+        }
     for (i = 0; i < count; i++) {
         float extent = lflare__edge_extent(&e[i], 1, t->ringing);
         if (extent < reach) {
@@ -9137,26 +9190,13 @@ static void lflare__footprint_edges(const lflare_tables *t, int32_t g, const lfl
             smallest = i;
         }
     }
-    middle = -e[smallest].offset[1] / e[smallest].gain[1];
     out->radius = 0;
     for (k = 0; k < LFLARE_WAVELENGTHS; k++)
         out->radius = lflare__maxf(out->radius, fabsf(e[smallest].offset[k]) / lflare__maxf(fabsf(e[smallest].gain[k]), 1e-12f) + lflare__edge_extent(&e[smallest], k, t->ringing));
     out->edges[0] = e[0];
     out->edge_count = 1;
-    for (i = 1; i < count; i++) {
-        float gain = fabsf(e[i].gain[1]), over = fabsf(e[i].gain[1] * middle + e[i].offset[1]) + gain * reach - 1 + e[i].soft[1], cut = over / gain;
-        int32_t at = out->edge_count;
-        if (over <= 0 && i != smallest) continue;
-        if (i == smallest) cut = 3e38f;
-        if (at == LFLARE_MAX_EDGES && !(cut > depth[--at])) continue;
-        for (; at > 1 && cut > depth[at - 1]; at--) {
-            depth[at] = depth[at - 1];
-            out->edges[at] = out->edges[at - 1];
-        }
-        depth[at] = cut;
-        out->edges[at] = e[i];
-        if (out->edge_count < LFLARE_MAX_EDGES) out->edge_count++;
-    }
+    for (i = 1; i < count; i++)
+        if (i == smallest || lflare__edge_cuts(&e[i], &e[smallest], t->ringing)) out->edges[out->edge_count++] = e[i];
 }
 
 /* Soft edges change the area really drawn: on a curve of radius R by sigma^2 / 2 per radian of turning, to pi (R^2 + sigma^2)
@@ -11085,7 +11125,7 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "vec3 p0 = settings_texel(settings + 2 * c - 2).rgb, p1 = settings_texel(settings + 2 * c).rgb;\n"
     "vec3 p2 = settings_texel(settings + 2 * c + 2).rgb, p3 = settings_texel(settings + 2 * c + 4).rgb;\n"
     "vec3 weight = p1 + f * (p2 - p0 / 3.0 - p1 / 2.0 - p3 / 6.0 + f * (p0 / 2.0 - p1 + p2 / 2.0 + f * ((p1 - p2) / 2.0 + (p3 - p0) / 6.0)));\n"
-    "int binding = int(a1.w) | int(b1.w);\n"
+    "int binding = int(a1.w);\n"
     "float radius = max(s1.x, 1e-6 * u_lens.z), scale = style0.w;\n"
     ,
     "vec3 ma11 = vec3(h0.x, h1.x, h2.x), ma12 = vec3(h0.y, h1.y, h2.y);\n"
@@ -11103,7 +11143,7 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "g_pixel = u_lens.x;\n"
     "bool fine = radius * abs(g_drawn.y) < 4.0 * g_pixel;\n"
     "if (fine) g_pixel *= 0.25;\n"
-    "Edge found[EDGES + RIMS];\n"
+    "Edge found[EDGES];\n"
     "int count = 1;\n"
     "found[0] = edge_of(ma11, ma12, u_lens.w, u_strip.w);\n"
     "if ((binding & 1) != 0) found[count++] = edge_of(vec3(1.0), vec3(0.0), u_lens.z, 0.0);\n"
@@ -11118,27 +11158,14 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "float extent = (1.0 + found[i].outer.y) / max(abs(found[i].gain.y), 1e-12);\n"
     "if (extent < reach) { reach = extent; smallest = i; }\n"
     "}\n"
-    "float middle = -found[smallest].offset.y / found[smallest].gain.y, depth[EDGES];\n"
+    "Edge least = found[smallest];\n"
+    "vec3 middle = -least.offset / least.gain, far = (vec3(1.0) + least.outer) / max(abs(least.gain), vec3(1e-12));\n"
     "g_edges[0] = found[0];\n"
     "g_count = 1;\n"
     "for (i = 1; i < count; i++) {\n"
-    "float gain = abs(found[i].gain.y);\n"
-    "float over = abs(found[i].gain.y * middle + found[i].offset.y) + gain * reach - 1.0 + found[i].soft;\n"
-    "float cut = i == smallest ? 3e38 : over / gain;\n"
-    "if (over <= 0.0 && i != smallest) continue;\n"
-    "int k = g_count;\n"
-    "if (k == EDGES) {\n"
-    "k--;\n"
-    "if (!(cut > depth[k])) continue;\n"
-    "} else {\n"
-    "g_count++;\n"
-    "}\n"
-    "for (; k > 1 && cut > depth[k - 1]; k--) {\n"
-    "depth[k] = depth[k - 1];\n"
-    "g_edges[k] = g_edges[k - 1];\n"
-    "}\n"
-    "depth[k] = cut;\n"
-    "g_edges[k] = found[i];\n"
+    "Edge e = found[i];\n"
+    "vec3 over = abs(e.gain * middle + e.offset) + abs(e.gain) * far - 1.0 + e.soft * g_ratio;\n"
+    "if (i == smallest || max(over.x, max(over.y, over.z)) > 0.0) g_edges[g_count++] = e;\n"
     "}\n"
     "vec3 size2 = radius * radius * g_drawn * g_drawn;\n"
     "float wash = (PIXEL_VARIANCE * g_pixel * g_pixel * s1.y + 0.25 * g_lamp * g_lamp * s1.z) / PI, wash5 = max(5.0 * wash, 1e-30);\n"
@@ -11159,7 +11186,6 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "v_irradiance = vec4(irradiance, 0.0);\n"
     "#endif\n"
     "if (at >= float(SAMPLES - 1) || !(irradiance.x + irradiance.y + irradiance.z > 0.0)) return;\n"
-    ,
     "#ifdef RIM\n"
     "int corner = gl_VertexID >> 1;\n"
     "bool low = (gl_VertexID & 1) != 0;\n"
@@ -11168,6 +11194,7 @@ static const char *const lflare__glsl_ghost_vert[] = {
     "bool low = true;\n"
     "#endif\n"
     "float turn = 2.0 * PI / float(CORNERS), angle = (float(corner % CORNERS) + 0.37) * turn;\n"
+    ,
     "vec2 centre = along.y * axis, between = vec2(cos(angle + 0.5 * turn), sin(angle + 0.5 * turn)), position;\n"
     "vec3 p = tangent(vec2(cos(angle), sin(angle)), axis, along);\n"
     "vec3 next = tangent(vec2(cos(angle + turn), sin(angle + turn)), axis, along);\n"

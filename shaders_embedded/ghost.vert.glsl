@@ -163,7 +163,7 @@ void main()
     vec3 p0 = settings_texel(settings + 2 * c - 2).rgb, p1 = settings_texel(settings + 2 * c).rgb;
     vec3 p2 = settings_texel(settings + 2 * c + 2).rgb, p3 = settings_texel(settings + 2 * c + 4).rgb;
     vec3 weight = p1 + f * (p2 - p0 / 3.0 - p1 / 2.0 - p3 / 6.0 + f * (p0 / 2.0 - p1 + p2 / 2.0 + f * ((p1 - p2) / 2.0 + (p3 - p0) / 6.0)));
-    int binding = int(a1.w) | int(b1.w);
+    int binding = int(a1.w); /* EDGES - 1 at most */
     float radius = max(s1.x, 1e-6 * u_lens.z), scale = style0.w;
 
     /* least size: P 3 */
@@ -183,8 +183,8 @@ void main()
     bool fine = radius * abs(g_drawn.y) < 4.0 * g_pixel;
     if (fine) g_pixel *= 0.25;
 
-    /* edges: the iris, then those that cut deepest into the smallest */
-    Edge found[EDGES + RIMS];
+    /* edges: the iris, then those that cut into the smallest at any wavelength */
+    Edge found[EDGES];
     int count = 1;
     found[0] = edge_of(ma11, ma12, u_lens.w, u_strip.w);
     if ((binding & 1) != 0) found[count++] = edge_of(vec3(1.0), vec3(0.0), u_lens.z, 0.0);
@@ -199,27 +199,14 @@ void main()
         float extent = (1.0 + found[i].outer.y) / max(abs(found[i].gain.y), 1e-12);
         if (extent < reach) { reach = extent; smallest = i; }
     }
-    float middle = -found[smallest].offset.y / found[smallest].gain.y, depth[EDGES];
+    Edge least = found[smallest];
+    vec3 middle = -least.offset / least.gain, far = (vec3(1.0) + least.outer) / max(abs(least.gain), vec3(1e-12));
     g_edges[0] = found[0];
     g_count = 1;
     for (i = 1; i < count; i++) {
-        float gain = abs(found[i].gain.y);
-        float over = abs(found[i].gain.y * middle + found[i].offset.y) + gain * reach - 1.0 + found[i].soft;
-        float cut = i == smallest ? 3e38 : over / gain;
-        if (over <= 0.0 && i != smallest) continue;
-        int k = g_count;
-        if (k == EDGES) {
-            k--;
-            if (!(cut > depth[k])) continue;
-        } else {
-            g_count++;
-        }
-        for (; k > 1 && cut > depth[k - 1]; k--) {
-            depth[k] = depth[k - 1];
-            g_edges[k] = g_edges[k - 1];
-        }
-        depth[k] = cut;
-        g_edges[k] = found[i];
+        Edge e = found[i];
+        vec3 over = abs(e.gain * middle + e.offset) + abs(e.gain) * far - 1.0 + e.soft * g_ratio;
+        if (i == smallest || max(over.x, max(over.y, over.z)) > 0.0) g_edges[g_count++] = e;
     }
 
     /* irradiance over the area really drawn: lflare__soft_size2 */

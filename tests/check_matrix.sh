@@ -105,7 +105,7 @@ done
 no_diffraction)
 # without starbursts, fringes and masks the rest passes its tests
 for name in test_optics test_picture test_failure test_lenses; do
-    try "$name with LFLARE_NO_DIFFRACTION" sh -c "gcc -std=c99 -DLFLARE_NO_DIFFRACTION -I. -O2 tests/$name.c -o $B/$name -lcmocka -lm && $B/$name"
+    try "$name with LFLARE_NO_DIFFRACTION" sh -c "gcc -std=c99 -DLFLARE_NO_DIFFRACTION -I. -O2 tests/$name.c -o $B/$name -lcmocka -lm && $B/$name quick"
 done
 ;;
 switches_*)
@@ -211,6 +211,8 @@ test_gl)
     cc="gcc -O2" libs="-lEGL -lGL" leaks=0 argument=quick
     ;;
 test_aberration) cc="clang -O2" libs=-lpthread argument=quick ;;
+test_lenses) argument=quick ;;
+test_picture) cc="clang -O2" ;;
 test_reference | test_paths) libs=-lpthread ;;
 test_traced) cc="clang -O2" libs=-lpthread ;;
 test_diffraction) libs=-lfftw3 ;;

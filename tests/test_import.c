@@ -263,10 +263,7 @@ static void read_own(const char *name, lflare_lens *out)
     char path[120], *text;
     size_t size;
     sprintf(path, "lenses/%s.lens", name);
-    if (lflare_file_read(path, NULL, NULL, &text, &size, NULL) != LFLARE_OK) { /* not among those shipped */
-        sprintf(path, "tests/data/lenses/%s.lens", name);
-        assert_int_equal(lflare_file_read(path, NULL, NULL, &text, &size, NULL), LFLARE_OK);
-    }
+    assert_int_equal(lflare_file_read(path, NULL, NULL, &text, &size, NULL), LFLARE_OK);
     assert_int_equal(lflare_text_read(text, size, &prescription, NULL), LFLARE_OK);
     assert_int_equal(lflare_lens_derive(&prescription, out, NULL), LFLARE_OK);
     free(text);
