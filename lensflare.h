@@ -7650,7 +7650,8 @@ static void lflare__spectrum_ghost(const lflare_lens *lens, lflare_tables *t, in
     }
 }
 
-/* Half way between two knots what is open may reach farther out than half way between their outlines: both grow by as much. */
+/* Half way between two knots what is open may end farther out than half way between their outlines, then both grow by as much; or farther in than
+   all should be open, then both have that end earlier. */
 static void lflare__outline_between(lflare__outliner *o, float hidden, int32_t knot, float *a)
 {
     float *b = a + LFLARE__OUTLINE_KNOT;
@@ -7664,13 +7665,18 @@ static void lflare__outline_between(lflare__outliner *o, float hidden, int32_t k
     lflare__outline_edges(o, u, v, edges);
     for (d = 0; d < LFLARE_OUTLINE_SIDES; d++) {
         float *from = a + LFLARE__OUTLINE_WHOLE + 4 * d, *to = b + LFLARE__OUTLINE_WHOLE + 4 * d, outer = 0.5f * (from[0] + to[0]), rate = 0.5f * (from[2] + to[2]);
-        float more = lflare__minf((float)edges[d] - outer, 0.5f);
-        if (!(from[0] > 0) || !(to[0] > 0) || !(more * rate > outer * (float)o->pixel)) continue;
-        for (; from != NULL; from = from == to ? NULL : to) {
-            float grows = 1 + more / from[0];
-            from[0] *= grows;
-            from[1] /= grows;
-            from[2] *= grows;
+        float more = lflare__minf((float)edges[d] - outer, 0.5f), less;
+        if (!(from[0] > 0) || !(to[0] > 0)) continue;
+        for (k = 0; k < 2 && more * rate > outer * (float)o->pixel; k++) {
+            float *side = k == 0 ? from : to, grows = 1 + more / side[0];
+            side[0] *= grows;
+            side[1] /= grows;
+            side[2] *= grows;
+        }
+        less = 0.5f * (from[1] + to[1]) - (float)edges[d] / (0.5f * (from[0] + to[0]));
+        for (k = 0; k < 2 && less > 0; k++) {
+            float *side = k == 0 ? from : to;
+            side[1] = lflare__maxf(side[1] - less, 0);
         }
     }
 }
