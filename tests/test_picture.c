@@ -474,8 +474,8 @@ static double table_weight(const lflare_tables *t, int32_t g, int k, double angl
 static int washed;
 static double washed_worst;
 
-/* Of soft edges over each other the two that cut most count at a pixel, as if neither knew of the other. Over all ghosts of 36 lenses at four
-   angles that leaves up to 2.2 % too much of a lamp's light (nikon-80-200-mid, ghost (13,8) at 16 degrees), 1.1 % of a sun's; nine in ten are within 0.5 %. */
+/* Of soft edges over each other the two that cut most count at a pixel, as if neither knew of the other. Over most ghosts of 36 lenses at four
+   angles that leaves up to 2.2 % too much of a lamp's light (nikon-80-200-mid, ghost (13,8) at 16 degrees), 1.1 % of a sun's. */
 #define MIXED 0.025
 static int mixed;
 
