@@ -87,10 +87,10 @@ typedef enum lensopt_mirrors {
 
 /* The spot (lensopt_spots) of one ghost of two reflections `factor` times as large for slope u >= 0 and iris radius `iris`, by the curvature of
    the surfaces that reflect it: the nearest curvature that does it, to 1e-6, whichever way round the image then is. It is sought outwards from what
-   is, as far as both surfaces reach their clear radius and do not newly cross a neighbour there, and the lens keeps a focus on its
-   sensor's side; if that is too near LFLARE_ERROR_LENS, and the sentence says which factors are within and what ends them.
+   is, as far as both surfaces reach their clear radius and do not newly cross a neighbour there, and the focal length stays within half
+   and twice what it was; if that is too near LFLARE_ERROR_LENS, and the sentence says which factors are within and what ends them.
    Focal length, f-number (the iris keeps its radius) and all other ghosts change, too: lensopt_changes says how. The sensor follows where the prescription's focus is set.
-   At most 1 ms at 9 rows, 7 ms at 34. */
+   At most 1 ms at 9 rows, 10 ms at 34. */
 LENSOPT_API lflare_result lensopt_resize_ghost(lflare_prescription *prescription, lflare_pair pair, double factor, lensopt_mirrors mirrors, double u,
                                                double iris, lflare_error *error);
 
@@ -420,7 +420,7 @@ static const char *lensopt__bend_ends(const lensopt__bend *b)
             if (!(lensopt__edge(b->lens, i) >= (was < 0 ? was : 0))) return "it would cross a neighbour at the edge";
         }
     }
-    if (!(m.c < -1e-9)) return "the focal length would be lost";
+    if (!(-1 / m.c >= 0.5 * b->from->efl && -1 / m.c <= 2 * b->from->efl)) return "the focal length would halve or double";
     if (b->lens->prescription.focus && !(-m.a / m.c >= 0)) return "the focus would lie in the lens";
     if (!(fnumber >= 0.11 && fnumber <= 900)) return "the f-number would leave 0.1 to 1000";
     return NULL;
