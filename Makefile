@@ -38,7 +38,7 @@ TESTS    := $(patsubst tests/%.c,$(B)/%,$(if $(EGL),$(wildcard tests/test_*.c),$
 
 all: $(B)/flare $(EXAMPLES) $(if $(GLFW),$(WINDOWS),no-windows)
 
-$(B)/flare: examples/flare.c examples/gl_host.h examples/reference.h examples/diagram.h examples/import.h lenses/lensimport.h lensflare.h | $(B)
+$(B)/flare: examples/flare.c examples/gl_host.h examples/reference.h examples/diagram.h examples/import.h examples/edit.h lenses/lensimport.h lensopt.h lensflare.h | $(B)
 	$(CC) $(ALL) $(FLAREPNG) $< -o $@ $(LIBPNG) $(LIBDL) $(THREADS) -lm
 
 $(WINDOWS): $(B)/%: examples/%.c examples/gl_host.h lensflare.h | $(B)
@@ -59,7 +59,7 @@ $(B)/test_reference $(B)/test_aberration $(B)/test_traced $(B)/test_paths: $(B)/
 $(B)/test_import: tests/test_import.c lenses/lensimport.h lensflare.h | $(B)
 	$(CC) $(ALL) $< -o $@ -lcmocka -lm
 
-$(B)/test_spots $(B)/test_target: $(B)/test_%: tests/test_%.c lensopt.h lensflare.h | $(B)
+$(B)/test_spots $(B)/test_edit $(B)/test_target: $(B)/test_%: tests/test_%.c lensopt.h lensflare.h | $(B)
 	$(CC) $(ALL) $< -o $@ -lcmocka -lm
 
 $(B)/test_diffraction: tests/test_diffraction.c tests/fresnel.h lensflare.h | $(B)

@@ -9,6 +9,8 @@
 #include "lensflare.h"
 #define LENSIMPORT_IMPLEMENTATION
 #include "lenses/lensimport.h"
+#define LENSOPT_IMPLEMENTATION
+#include "lensopt.h"
 
 #include "gl_host.h"
 #include "reference.h"
@@ -186,7 +188,7 @@ static int finish(void)
 /* ---- command line ---- */
 
 #define PATH_OPTIONS "--across-stop --four "
-enum { FOUR = 64 }; /* ghosts that --four keeps */
+enum { FOUR = 64 /* ghosts that --four keeps */, MAX_COATINGS = 32 /* of one flare edit */ };
 
 typedef struct options {
     const char *operands[2];
@@ -199,6 +201,9 @@ typedef struct options {
     lflare_pair ghost;  /* surfaces from 1, 0 for none */
     lflare_paths paths;
     double ray[2], lambda;
+    const char *coatings[MAX_COATINGS];
+    int coating_count, mirror, move_behind; /* rows from 1, 0 for none */
+    double stop_factor, pupil_factor, size_factor, move_fraction, target[3]; /* 0: not asked for */
     double ax, ay, fov, fnumber, rotation, curvature, radius, exposure, lambda0, angle, softness, streak, squeeze, sensor_width, imperfection;
 } options;
 
@@ -288,6 +293,8 @@ static void read_model(options *o, const char *option, const char *text)
 }
 
 static int lens_config; /* import.h */
+static int edit_option(options *o, const char *command, const char *name, const char *value); /* edit.h */
+static void print_help_edit(FILE *file);
 
 /* `allowed`: the command's options, each with blanks around it. */
 static options parse(int argc, char **argv, const char *allowed, int operands)
@@ -323,6 +330,7 @@ static options parse(int argc, char **argv, const char *allowed, int operands)
         if (strcmp(name, "--focus") == 0) { o.focus = 1; continue; }
         if (++i == argc) complain("%s: a value is missing", name);
         value = argv[i];
+        if (edit_option(&o, argv[1], name, value)) continue;
         if (strcmp(name, "-o") == 0) o.out = value;
         else if (strcmp(name, "--catalogue") == 0) o.catalogue = value;
         else if (strcmp(name, "--layers") == 0) o.layers = value;
@@ -1562,6 +1570,8 @@ static int command_coating(int argc, char **argv)
     return finish();
 }
 
+#include "edit.h"
+
 int main(int argc, char **argv)
 {
     static const struct {
@@ -1569,7 +1579,8 @@ int main(int argc, char **argv)
         int (*run)(int, char **);
     } commands[] = {{"info", command_info}, {"ghosts", command_ghosts},   {"trace", command_trace},     {"render", command_render},
                     {"starburst", command_starburst}, {"fit", command_fit},   {"diagram", command_diagram}, {"compare", command_compare}, {"coating", command_coating},
-                    {"convert", command_convert}, {"check", command_check},   {"glass", command_glass}};
+                    {"convert", command_convert}, {"check", command_check},   {"glass", command_glass},
+                    {"edit", command_edit}, {"colour-map", command_colour_map}};
     size_t i;
     int k;
     for (k = 1; k < argc; k++)

@@ -22,6 +22,7 @@ static const char help_import[] =
 static void print_help(FILE *file)
 {
     fputs(help, file);
+    print_help_edit(file);
     fputs(help_import, file);
 }
 

@@ -15,7 +15,7 @@ if [ $# -eq 0 ]; then
         esac
         tests="$(basename "$t" .c) $tests"
     done
-    parts="objects standards no_diffraction switches_0 switches_1 switches_2 switches_3 bits32"
+    parts="objects standards lensopt no_diffraction switches_0 switches_1 switches_2 switches_3 bits32"
     # the longest come first, of these test_gl near the head: hence the alphabet backwards
     printf '%s\n' $tests $parts | xargs -P "${JOBS:-$(getconf _NPROCESSORS_ONLN)}" -n 1 sh -c 'sh "$0" "$2" >"$1/$2.tap"; echo $? >"$1/$2.status"' "$0" "$B"
     for part in $parts $tests; do
@@ -101,6 +101,35 @@ try "clang++ c++20 without a warning" clang++ -std=c++20 $W -fsyntax-only "$B/im
 for cc in gcc clang; do
     for std in c11 c17; do try "$cc $std without a warning" $cc -std=$std $C -fsyntax-only "$B/impl.c"; done
 done
+;;
+lensopt)
+# the optional header: warnings, linkage, symbols, macros; links against the smallest lensflare.h
+printf '#define LENSOPT_IMPLEMENTATION\n#include "lensopt.h"\n' >"$B/opt.c"
+cp "$B/opt.c" "$B/opt.cpp"
+printf '#include "lensopt.h"\nint main(void) { lflare_error e; return lensopt_resize_stop(NULL, 1, &e) != LFLARE_ERROR_ARGUMENT || e.text[0] == 0; }\n' >"$B/user.c"
+cp "$B/user.c" "$B/user.cpp"
+printf '#include "lensopt.h"\nlflare_result other(void);\nlflare_result other(void) { return lensopt_coat_bare(NULL, 0, NULL); }\n' >"$B/other.c"
+try "lensopt.h: gcc c99 without a warning" gcc -std=c99 $C -O2 -c "$B/opt.c" -o "$B/opt.o"
+try "lensopt.h: g++ c++11 without a warning" g++ -std=c++11 $W -O2 -c "$B/opt.cpp" -o "$B/opt_cpp.o"
+try "lensopt.h: g++ c++20 without a warning" g++ -std=c++20 $W -fsyntax-only "$B/opt.cpp"
+try "lensopt.h: clang c99 without a warning" clang -std=c99 $C -O2 -c "$B/opt.c" -o "$B/clang.o"
+for std in c++11 c++20; do try "lensopt.h: clang++ $std without a warning" clang++ -std=$std $W -fsyntax-only "$B/opt.cpp"; done
+try "lensopt.h: LENSOPT_STATIC without a warning" gcc -std=c99 $C -DLENSOPT_STATIC -fsyntax-only "$B/opt.c"
+try "lensopt.h: LENSOPT_STATIC without a warning, C++" clang++ -std=c++11 $W -DLENSOPT_STATIC -fsyntax-only "$B/opt.cpp"
+try "lensopt.h: declarations alone" gcc -std=c99 $C -fsyntax-only -include lensopt.h -x c /dev/null
+printf '#include "lensopt.h"\n#define LENSOPT_IMPLEMENTATION\n#include "lensopt.h"\n#include "lensopt.h"\n' >"$B/twice.c"
+try "lensopt.h: included twice, before and after the implementation" gcc -std=c99 $C -c "$B/twice.c" -o "$B/twice.o"
+gcc -std=c99 -I. -O0 -DLFLARE_NO_STDIO -DLFLARE_NO_ABERRATION -DLFLARE_NO_DIFFRACTION -DLFLARE_NO_TRACE -DLFLARE_NO_SOFTWARE -DLFLARE_NO_GL -c "$B/impl.c" -o "$B/impl.o"
+try "lensopt.h: three units link and run" sh -c "gcc -std=c99 $C $B/user.c $B/other.c $B/opt.o $B/impl.o -o $B/units -lm && $B/units"
+try "lensopt.h: C++ calls what C compiled" g++ -std=c++11 $W "$B/user.cpp" "$B/opt.o" "$B/impl.o" -o "$B/units" -lm
+try "lensopt.h: C calls what C++ compiled" gcc -std=c99 $C "$B/user.c" "$B/opt_cpp.o" "$B/impl.o" -o "$B/units" -lm
+silent "lensopt.h: every symbol exported begins with lensopt_, and there is no writable global" sh -c "gcc -std=c99 -fno-pic -fno-pie -I. -O1 -c $B/opt.c -o $B/symbols.o && nm $B/symbols.o >$B/names &&
+    awk '\$2 ~ /^[TWV]\$/ && \$3 !~ /^lensopt_[a-z0-9]/ || \$2 ~ /^[DBCGSdbcgs]\$/ {print; wrong = 1} END {exit wrong}' $B/names"
+silent "lensopt.h: it calls public stages, libc and libm alone, without output or exit" sh -c "nm $B/opt.o >$B/names && awk '\$1 == \"U\" && (\$2 ~ /^lflare__/ || \$2 ~ /^(printf|puts|exit|abort|atof|strtod|setlocale)\$/)' $B/names"
+printf '#include "lensopt.h"\n' | gcc -std=c99 -I. -dM -E -x c - | awk '{sub(/\(.*/, "", $2); print $2}' | sort -u >"$B/with"
+printf '#include "lensflare.h"\n' | gcc -std=c99 -I. -dM -E -x c - | awk '{sub(/\(.*/, "", $2); print $2}' | sort -u >"$B/without"
+comm -23 "$B/with" "$B/without" | grep -v '^LENSOPT_' >"$B/log"
+[ -s "$B/log" ] && bad "lensopt.h: the declarations leak no unprefixed macro" || ok "lensopt.h: the declarations leak no unprefixed macro"
 ;;
 no_diffraction)
 # without starbursts, fringes and masks the rest passes its tests

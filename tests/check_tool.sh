@@ -375,6 +375,60 @@ refused "no GL context" '^flare: --backend gl: GL_HOST is neither egl nor osmesa
 unset GL_HOST
 "$flare" render $heliar -o "$dir/small.pfm" --size 32x24
 refused "pictures of two sizes" "one size" compare "$dir/a.pfm" "$dir/small.pfm"
+# ---- edit and colour-map ----
+
+"$flare" edit lenses/heliar-tronnier.lens -o "$dir/stop.lens" --stop-radius 0.5 >"$dir/out" && "$flare" info "$dir/stop.lens" | grep -qx 'fnumber   7' && grep -q '^edited    the stop is f/7, not f/3.5: ' "$dir/out" &&
+    grep -q '^# edited: the stop is f/7, not f/3.5: ' "$dir/stop.lens"
+result $? "edit --stop-radius"
+"$flare" edit lenses/heliar-tronnier.lens -o "$dir/coated.lens" --coating 3=layer:1.7,150 --coating 1=bare --coating 4=quarter:444 >"$dir/out" && grep -qE '^580.38 .*coating stack 1.7:150' "$dir/coated.lens" &&
+    grep -qE '^-80.63 .*coating quarter 444$' "$dir/coated.lens" && ! grep -E '^30.81' "$dir/coated.lens" | grep -q coating
+result $? "edit --coating, three times"
+"$flare" edit lenses/heliar-tronnier.lens -o "$dir/moved.lens" --move-stop 3,0.25 >"$dir/out" && "$flare" info "$dir/moved.lens" --json | grep -q '"stop": 4' && grep -q '^edited    7 ghosts stay, 6 are no more, 6 are new$' "$dir/out" &&
+    [ "$("$flare" info "$dir/moved.lens" | grep -E '^(efl|bfd|fnumber)')" = "$("$flare" info lenses/heliar-tronnier.lens | grep -E '^(efl|bfd|fnumber)')" ]
+result $? "edit --move-stop keeps focal length, focus and f-number"
+"$flare" edit lenses/heliar-tronnier.lens -o "$dir/pupil.lens" --pupil 0.5 >"$dir/out" && grep -qE '^30.81 .*semi 8.5' "$dir/pupil.lens"
+result $? "edit --pupil"
+# the new lens's ghost, measured where the iris bounds it
+"$flare" edit lenses/heliar-tronnier.lens -o "$dir/sized.lens" --ghost 4,2 --size 1.5 --surface 4 --angle 0,3 --fnumber 16 >"$dir/out" && grep -qE '^ +4 +2 .* 1\.500 \*$' "$dir/out" && [ "$(grep -cE '^ +[0-9]+ +[0-9]+ ' "$dir/out")" -ge 10 ]
+result $? "edit --size has its table"
+radius() { "$flare" ghosts "$1" --angle 0,3 --fnumber "$2" --csv | awk -F, '$1 == 4 && $2 == 2 {print $9}'; }
+sed -nE 's/^ +4 +2 +[^ ]+ +[^ ]+ +([0-9.]+) +([0-9.]+) .*/\1 \2/p' "$dir/out" >"$dir/sizes"
+read -r was is <"$dir/sizes"
+near "$is" "1.5 * $was" 0.002 && near "$(radius lenses/heliar-tronnier.lens 16)" "$was" "0.02 * $was" &&
+    [ "$(grep -E '^(-?[0-9.]+|stop|flat) ' "$dir/sized.lens" | awk '{print $1}' | tr '\n' ' ' | sed 's/-76\.736[0-9]* /X /')" = "30.81 -89.35 580.38 X 28.34 stop flat 32.19 -52.99 " ]
+result $? "and the size that it says"
+"$flare" colour-map lenses/heliar-tronnier.lens --ghost 4,2 -o "$dir/map.png" --angle 5,3 --target 1,0.3,0.1 >"$dir/out" && [ "$(head -c 4 "$dir/map.png" | od -An -c | tr -d ' ')" = '211PNG' ] &&
+    grep -qE '^best      0\.71[0-9]+, 0\.2[0-9]+, 0\.0[67][0-9]+, off by 0\.0[0-9]+; ' "$dir/out"
+result $? "colour-map writes its map and the best point"
+# what it says to do does it
+set -- $(sed -nE 's/.*-o OUT\.lens (.*)/\1/p' "$dir/out")
+"$flare" edit lenses/heliar-tronnier.lens -o "$dir/hue.lens" "$@" >/dev/null && "$flare" colour-map "$dir/hue.lens" --ghost 4,2 -o "$dir/again.png" --angle 5,3 | sed -n 's/^now *//p' >"$dir/hue" &&
+    [ "$(cat "$dir/hue")" = "$(sed -nE 's/^best *([^ ]+ [^ ]+ [0-9.]+), off.*/\1/p' "$dir/out")" ]
+result $? "the coatings that it names give that hue"
+"$flare" colour-map lenses/heliar-tronnier.lens --ghost 4,2 -o "$dir/plain.png" --angle 5,3 >/dev/null && ! cmp -s "$dir/plain.png" "$dir/map.png"
+result $? "colour-map marks the best point"
+edit() { what=$1 pattern=$2; shift 2; refused "$what" "$pattern" edit $heliar -o "$dir/c.lens" "$@"; }
+edit "nothing to edit" 'say what is to change'
+refused "an edit that goes nowhere" 'with -o OUT\.lens' edit $heliar --pupil 2
+edit "a stop in glass" '^flare: --move-stop: behind row 1 is glass' --move-stop 1
+edit "the stop behind itself" 'is the stop itself' --move-stop 6
+edit "beyond the gap" 'from 0 to 1' --move-stop 3,1.5
+edit "an opening that is none" 'f-number' --stop-radius 900
+edit "a coated stop" 'row 6 is the stop' --coating 6=quarter:500
+edit "a coating of no kind" 'ROW=quarter:NM.*3=gold' --coating 3=gold
+edit "a coating of no row" 'from 1 to 9' --coating 30=bare
+edit "no index" "layer's index from 1 to 10" --coating 3=layer:0.5,100
+edit "a ghost across the stop" "'flare ghosts' lists them" --ghost 9,2 --size 2
+edit "a ghost that cannot be so large" 'can be about .* times as large, not 900' --ghost 4,2 --size 900
+edit "a surface that reflects it not" '4 or 2.*not 3' --ghost 4,2 --size 1.1 --surface 3
+edit "a size of no ghost" 'with --ghost I,J' --size 2
+edit "a ghost of no size" 'with --size FACTOR' --ghost 4,2
+edit "an angle for nothing" 'belong to --size' --pupil 0.9 --angle 3,3
+refused "a map of no ghost" "9,2 is no ghost" colour-map $heliar --ghost 9,2 -o "$dir/c.png"
+refused "a map without a ghost" "with --ghost I,J" colour-map $heliar -o "$dir/c.png"
+refused "a map of no kind" "\.png was expected" colour-map $heliar --ghost 4,2 -o "$dir/c.pfm"
+refused "black" "black is not" colour-map $heliar --ghost 4,2 -o "$dir/c.png" --target 0,0,0
+refused "half a colour" "three numbers" colour-map $heliar --ghost 4,2 -o "$dir/c.png" --target 1,2
 [ ! -e "$dir/c.png" ] && [ ! -e "$dir/c.svg" ] && [ ! -e "$dir/c.fit" ] && [ ! -e "$dir/c.lens" ] && [ -z "$(find "$dir" -name '*.part')" ]
 result $? "what is refused leaves no file"
 if [ -w /dev/full ]; then
