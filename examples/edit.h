@@ -12,7 +12,12 @@ static const char help_edit[] =
     "      --coating: a quarter-wave layer, one of index N (1.38 to 1.9 can be had) and NM (25 to 750), or none\n"
     "  flare colour-map LENS --ghost I,J -o MAP.png [--angle AX,AY] [--fnumber N] [--target R,G,B] [--across-stop]\n"
     "      hues of a ghost over the quarter-wave coatings of its two surfaces, 380 to 750 nm, the first to the right, the second upwards;\n"
-    "      with a target the point whose hue is nearest is marked and printed\n";
+    "      with a target the point whose hue is nearest is marked and printed\n"
+    "  flare target  LENS|FILE.target -o OUT.target [--light AX,AY]... [--fnumber N] [--remove I,J|all] [--move I,J=MM] [--scale I,J=FACTOR]\n"
+    "                [--colour I,J=R,G,B] [--weight I,J=W] [--add CENTRE,RADIUS]...\n"
+    "      what a flare should look like, for up to 8 lights (default 5,0): the spots of a lens's ghosts, or a target so far, changed in the order\n"
+    "      of the options, each of which may be repeated. --move: along the line, to the light's side, at the first light; in proportion at\n"
+    "      the others. --add: one of which there is no ghost yet, likewise. A readable text; see THE TARGET FORMAT in lensopt.h\n";
 
 static void print_help_edit(FILE *file) { fputs(help_edit, file); }
 
@@ -46,6 +51,12 @@ static void three_numbers(const char *option, const char *text, double *out)
 /* 1 if the option was one of these commands'. */
 static int edit_option(options *o, const char *command, const char *name, const char *value)
 {
+    if (strcmp(command, "target") == 0 && strcmp(name, "-o") != 0 && strcmp(name, "--fnumber") != 0) {
+        if (o->change_count == MAX_CHANGES) complain("%s: no more than %d options of this kind", name, MAX_CHANGES);
+        o->changes[o->change_count][0] = name;
+        o->changes[o->change_count++][1] = value;
+        return 1;
+    }
     if (strcmp(name, "--stop-radius") == 0) o->stop_factor = number(name, value, 0.001, 1000);
     else if (strcmp(name, "--pupil") == 0) o->pupil_factor = number(name, value, 0.001, 1000);
     else if (strcmp(name, "--size") == 0 && strcmp(command, "edit") == 0) o->size_factor = number(name, value, 0.001, 1000);
@@ -369,5 +380,145 @@ static int command_colour_map(int argc, char **argv)
     if (map.now[0] + map.now[1] + map.now[2] > 0) print_hue("now", map.now);
     printf("%s\n", map.clip == LFLARE_CLIP_HIDDEN ? "; hidden for this light and iris" : "");
     if (targeted) print_best(&o, &map, &best);
+    return finish();
+}
+
+/* ---- flare target ---- */
+
+static void target_write(const lensopt_target *t, const char *path)
+{
+    size_t size = 0;
+    output *out;
+    char *text;
+    lensopt_target_write(t, NULL, &size);
+    text = (char *)allocate(size, 1);
+    lensopt_target_write(t, text, &size);
+    out = output_open(path);
+    fwrite(text, 1, size, out->file);
+    output_close(out);
+    free(text);
+}
+
+/* The ghost of a target that I,J names, and what follows '='. */
+static lensopt_ghost *target_ghost(lensopt_target *t, const char *option, const char *text, const char **rest)
+{
+    const char *at = strchr(text, '=');
+    char surfaces[64], name[64];
+    lflare_pair pair;
+    int i;
+    if ((at == NULL) != (rest == NULL) || (at != NULL && (size_t)(at - text) >= sizeof surfaces)) complain("%s: %s was expected, not '%s'", option, rest != NULL ? "I,J=VALUE" : "I,J", text);
+    sprintf(surfaces, "%.*s", at != NULL ? (int)(at - text) : 63, text);
+    pair = counted_from_0(ghost_surfaces(option, surfaces));
+    for (i = 0; i < t->ghost_count; i++)
+        if (memcmp(&t->ghosts[i].pair, &pair, sizeof pair) == 0) {
+            if (rest != NULL) *rest = at + 1;
+            return &t->ghosts[i];
+        }
+    complain("%s: the target has no ghost %s", option, ghost_name(ghost_surfaces(option, surfaces), name));
+    return NULL;
+}
+
+/* A light's share of what is asked for at the first. */
+static double target_share(const lensopt_target *t, int light)
+{
+    double first = lensopt_slope(&t->lights[0]);
+    return first > 0 ? lensopt_slope(&t->lights[light]) / first : 1;
+}
+
+static void target_add(lensopt_target *t, const char *option, const char *value)
+{
+    lensopt_ghost *g;
+    double centre, radius;
+    int i;
+    two_numbers(option, value, ',', -1e4, 1e4, &centre, &radius);
+    if (!(radius >= 1e-3)) complain("%s: a radius from 0.001 mm was expected, not %g", option, radius);
+    if (t->ghost_count == LENSOPT_MAX_GHOSTS) complain("%s: a target takes %d ghosts", option, LENSOPT_MAX_GHOSTS);
+    g = &t->ghosts[t->ghost_count++];
+    memset(g, 0, sizeof *g);
+    g->pair.first = -1;
+    g->weight = 1;
+    for (i = 0; i < t->light_count; i++) {
+        g->goals[i].centre = centre * target_share(t, i);
+        g->goals[i].radius = radius;
+    }
+}
+
+static void target_remove(lensopt_target *t, const char *option, const char *value)
+{
+    lensopt_ghost *g;
+    if (strcmp(value, "all") == 0) {
+        t->ghost_count = 0;
+        return;
+    }
+    g = target_ghost(t, option, value, NULL);
+    memmove(g, g + 1, sizeof *g * (size_t)(&t->ghosts[t->ghost_count] - (g + 1)));
+    memset(&t->ghosts[--t->ghost_count], 0, sizeof *g);
+}
+
+static void target_change(lensopt_target *t, const char *option, const char *value)
+{
+    const char *rest;
+    lensopt_ghost *g;
+    double v;
+    int i;
+    if (strcmp(option, "--add") == 0) target_add(t, option, value);
+    else if (strcmp(option, "--remove") == 0) target_remove(t, option, value);
+    else {
+        g = target_ghost(t, option, value, &rest);
+        if (strcmp(option, "--colour") == 0) three_numbers(option, rest, g->color);
+        else if (strcmp(option, "--weight") == 0) g->weight = number(option, rest, 0, 1e6);
+        else {
+            int move = strcmp(option, "--move") == 0;
+            v = move ? number(option, rest, -1e4, 1e4) : number(option, rest, 1e-3, 1e3);
+            for (i = 0; i < t->light_count; i++)
+                if (g->goals[i].wish == LENSOPT_SPOT) {
+                    if (move) g->goals[i].centre += v * target_share(t, i);
+                    else g->goals[i].radius *= v;
+                }
+        }
+    }
+}
+
+/* A target so far, or a lens's. */
+static void target_begin(const options *o, lensopt_target *t)
+{
+    static lflare_lens lens;
+    static lensopt_light lights[LENSOPT_MAX_LIGHTS];
+    lflare_error error;
+    size_t size;
+    int i, count = 0;
+    char *text;
+    for (i = 0; i < o->change_count; i++) {
+        if (strcmp(o->changes[i][0], "--light") != 0) continue;
+        if (count == LENSOPT_MAX_LIGHTS) complain("--light: no more than %d lights", LENSOPT_MAX_LIGHTS);
+        two_numbers("--light", o->changes[i][1], ',', -89, 89, &lights[count].direction[0], &lights[count].direction[1]);
+        lights[count++].weight = 1;
+    }
+    if (ends_with(o->operands[0], ".target")) {
+        if (count > 0 || o->fnumber != 0) complain("%s has its lights and its spots: --light and --fnumber go with a lens", o->operands[0]);
+        if (lflare_file_read(o->operands[0], NULL, NULL, &text, &size, &error) != LFLARE_OK) complain("%s: %s", o->operands[0], error.text);
+        if (lensopt_target_read(text, size, t, &error) != LFLARE_OK) complain("%s:%d:%d: %s", o->operands[0], (int)error.line, (int)error.column, error.text);
+        free(text);
+        return;
+    }
+    if (count == 0) lights[0].direction[0] = 5, lights[0].weight = 1, count = 1;
+    read_lens(o->operands[0], &o->paths, &lens);
+    if (lensopt_target_of(&lens, lights, count, iris_radius(&lens, o->fnumber), t, &error) != LFLARE_OK) complain("%s: %s", o->operands[0], error.text);
+}
+
+static int command_target(int argc, char **argv)
+{
+    static lensopt_target target;
+    options o = parse(argc, argv, " -o --light --fnumber --remove --move --scale --colour --weight --add ", 1);
+    lflare_error error;
+    int i;
+    if (o.out == NULL) complain("flare target: say where it goes, with -o OUT.target");
+    if (!ends_with(o.out, ".target")) complain("%s: a name ending in .target was expected", o.out);
+    target_begin(&o, &target);
+    for (i = 0; i < o.change_count; i++)
+        if (strcmp(o.changes[i][0], "--light") != 0) target_change(&target, o.changes[i][0], o.changes[i][1]);
+    if (lensopt_target_check(&target, &error) != LFLARE_OK) complain("%s", error.text);
+    target_write(&target, o.out);
+    printf("%s: %d ghost%s for %d light%s\n", o.out, (int)target.ghost_count, target.ghost_count == 1 ? "" : "s", (int)target.light_count, target.light_count == 1 ? "" : "s");
     return finish();
 }

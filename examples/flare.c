@@ -188,7 +188,7 @@ static int finish(void)
 /* ---- command line ---- */
 
 #define PATH_OPTIONS "--across-stop --four "
-enum { FOUR = 64 /* ghosts that --four keeps */, MAX_COATINGS = 32 /* of one flare edit */ };
+enum { FOUR = 64 /* ghosts that --four keeps */, MAX_COATINGS = 32 /* of one flare edit */, MAX_CHANGES = 256 /* of a target */ };
 
 typedef struct options {
     const char *operands[2];
@@ -201,7 +201,8 @@ typedef struct options {
     lflare_pair ghost;  /* surfaces from 1, 0 for none */
     lflare_paths paths;
     double ray[2], lambda;
-    const char *coatings[MAX_COATINGS];
+    const char *coatings[MAX_COATINGS], *changes[MAX_CHANGES][2]; /* changes: options and values, in order */
+    int change_count;
     int coating_count, mirror, move_behind; /* rows from 1, 0 for none */
     double stop_factor, pupil_factor, size_factor, move_fraction, target[3]; /* 0: not asked for */
     double ax, ay, fov, fnumber, rotation, curvature, radius, exposure, lambda0, angle, softness, streak, squeeze, sensor_width, imperfection;
@@ -1580,7 +1581,7 @@ int main(int argc, char **argv)
     } commands[] = {{"info", command_info}, {"ghosts", command_ghosts},   {"trace", command_trace},     {"render", command_render},
                     {"starburst", command_starburst}, {"fit", command_fit},   {"diagram", command_diagram}, {"compare", command_compare}, {"coating", command_coating},
                     {"convert", command_convert}, {"check", command_check},   {"glass", command_glass},
-                    {"edit", command_edit}, {"colour-map", command_colour_map}};
+                    {"edit", command_edit}, {"colour-map", command_colour_map}, {"target", command_target}};
     size_t i;
     int k;
     for (k = 1; k < argc; k++)

@@ -424,6 +424,23 @@ edit "a surface that reflects it not" '4 or 2.*not 3' --ghost 4,2 --size 1.1 --s
 edit "a size of no ghost" 'with --ghost I,J' --size 2
 edit "a ghost of no size" 'with --size FACTOR' --ghost 4,2
 edit "an angle for nothing" 'belong to --size' --pupil 0.9 --angle 3,3
+# ---- target ----
+"$flare" target $heliar -o "$dir/t.target" --light 5,0 --light 10,0 --fnumber 8 --remove 9,7 --move 4,2=3 --scale 4,2=0.5 --colour 4,3=1,0.2,0 --weight 4,1=3 --add -4,1.5 >"$dir/out" &&
+    grep -q ': 13 ghosts for 2 lights' "$dir/out" && "$flare" target $heliar -o "$dir/plain.target" --light 5,0 --light 10,0 --fnumber 8 >/dev/null &&
+    diff "$dir/plain.target" "$dir/t.target" | grep -c '^>' | grep -qx 7 && grep -q '^ghost 4,3 color 1 0.2 0$' "$dir/t.target" && ! grep -q '^ghost 9,7' "$dir/t.target" &&
+    tail -3 "$dir/t.target" | sed -n 2p | grep -q '^  spot -4 1.5$'
+result $? "a target is a lens's spots, changed as asked for"
+"$flare" target "$dir/t.target" -o "$dir/same.target" >/dev/null && cmp -s "$dir/t.target" "$dir/same.target"
+result $? "a target so far is taken as it is"
+refused "a ghost that the target has not" "has no ghost 9,7" target "$dir/t.target" -o "$dir/x.target" --move 9,7=1
+refused "a change without a value" "I,J=VALUE was expected" target $heliar -o "$dir/x.target" --scale 4,2
+refused "a target of nothing" "1 to 1024 ghosts" target $heliar -o "$dir/x.target" --remove all
+refused "lights for what has some" "go with a lens" target "$dir/t.target" -o "$dir/x.target" --light 1,1
+refused "a light that shows nothing" "none of the lights" target $heliar -o "$dir/x.target" --light 80,0
+echo nothing >"$dir/x.target"
+refused "a target that is none" "x.target:1:1: expected lensopt 1" target "$dir/x.target" -o "$dir/y.target"
+refused "a target of another name" "ending in .target" target $heliar -o "$dir/x.txt"
+
 refused "a map of no ghost" "9,2 is no ghost" colour-map $heliar --ghost 9,2 -o "$dir/c.png"
 refused "a map without a ghost" "with --ghost I,J" colour-map $heliar -o "$dir/c.png"
 refused "a map of no kind" "\.png was expected" colour-map $heliar --ghost 4,2 -o "$dir/c.pfm"
