@@ -5488,10 +5488,12 @@ static void lflare__lead_closed(lflare__finder *f, int32_t count, const double *
     double at[LFLARE__LANES];
     lflare_ray ray;
     int32_t i;
-    for (i = 0; i < LFLARE__LANES; i++) at[i] = x[i < count ? i : 0];
-    if (f->tracer != NULL) lflare__closed_lanes(f, f->lead, at, y, slope, closed);
-    else
+    if (f->tracer == NULL) {
         for (i = 0; i < count; i++) closed[i] = lflare__closed(f, f->lead, x[i], 0, slope, &ray, NULL);
+        return;
+    }
+    for (i = 0; i < LFLARE__LANES; i++) at[i] = x[i < count ? i : 0];
+    lflare__closed_lanes(f, f->lead, at, y, slope, closed);
 }
 
 /* The least closed ray of the meridional plane, to begin with of 2 `count` + 1: heights are nearly linear in x, so the greatest of
@@ -6966,8 +6968,8 @@ static void lflare__outline_opens(lflare__outliner *o, int32_t count, const doub
 
 /* A search along a direction from a place that is open so far: between near and far, once that is shut, lies the edge. */
 typedef struct lflare__outline_search {
-    double u, v, du, dv, near, far, open_near, open_far, at;
-    int32_t tries; /* since far is shut; before, none */
+    double near, far, open_near, open_far, at;
+    int32_t tries; /* to find what is shut, then between */
     int shut, done;
 } lflare__outline_search;
 
@@ -6994,7 +6996,7 @@ static void lflare__outline_found(lflare__outline_search *s, double open)
         s->far = s->at;
         s->open_far = open;
     }
-    s->done |= s->tries >= 24 - 8 * !s->shut || (s->shut && s->far - s->near <= 2e-3 * s->far);
+    s->done |= s->tries >= (s->shut ? 24 : 16) || (s->shut && s->far - s->near <= 2e-3 * s->far);
 }
 
 /* How far from (u, v), open so far, along up to LFLARE__LANES directions (du, dv) it stays open. extents: first guesses, then the result. */
