@@ -2,6 +2,7 @@
 # make demo    renders the flare of a real lens to a PNG and says where it is (a C compiler and make are enough)
 # make test    everything that is checked; installs what it needs when run as root, else says what to install
 # make bench   speed, as ratios side by side in one run
+# make bench-opt  the optimiser against pagmo 2 (libpagmo-dev), as ratios; PART=functions for one part, SEEDS=n; two minutes
 # make models  how near each model of the ghosts comes to exact rays, on six lenses; the first run takes half an hour
 # make fringes draws irises as ghosts show them beside the exact integral, build/fringes.pgm; needs FFTW (libfftw3-dev)
 # make shaders writes shaders_embedded/*.glsl into lensflare.h
@@ -14,6 +15,7 @@
 
 CC      ?= cc
 CFLAGS  ?= -O2
+CXX     ?= c++
 WARN    := -Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Wshadow -Wdouble-promotion -Wstrict-prototypes
 ALL     := -std=c99 $(WARN) -I. $(CFLAGS)
 B       := build
@@ -62,6 +64,9 @@ $(B)/test_import: tests/test_import.c lenses/lensimport.h lensflare.h | $(B)
 $(B)/test_spots $(B)/test_edit $(B)/test_target: $(B)/test_%: tests/test_%.c lensopt.h lensflare.h | $(B)
 	$(CC) $(ALL) $< -o $@ -lcmocka -lm
 
+$(B)/test_search: tests/test_search.c lensopt.h lensflare.h | $(B)
+	$(CC) $(ALL) $< -o $@ -lcmocka $(THREADS) -lm
+
 $(B)/test_diffraction: tests/test_diffraction.c tests/fresnel.h lensflare.h | $(B)
 	$(CC) $(ALL) $< -o $@ -lcmocka -lfftw3 -lm
 
@@ -70,6 +75,11 @@ $(B)/test_gl: tests/test_gl.c examples/gl_host.h lensflare.h | $(B)
 
 $(B)/bench: tests/bench.c tests/bench.h lensflare.h | $(B)
 	$(CC) $(ALL) $< -o $@ -lm
+
+# pagmo's headers are C++17 and full of warnings
+$(B)/bench_opt: tests/bench_opt.cpp lensopt.h lensflare.h | $(B)
+	@printf '\043include <pagmo/config.hpp>\n' | $(CXX) -x c++ -E - >/dev/null 2>&1 || { echo "bench-opt compares with pagmo 2 (Debian: libpagmo-dev), which is not here" >&2; exit 2; }
+	$(CXX) -std=c++17 -Wall -Wextra -I. $(CFLAGS) $< -o $@ -lpagmo $(THREADS) -lm
 
 $(B)/models: tests/models.c examples/reference.h lensflare.h | $(B)
 	$(CC) $(ALL) $< -o $@ $(THREADS) -lm
@@ -95,6 +105,9 @@ tests: $(TESTS)
 bench: $(B)/bench $(if $(EGL),$(B)/bench_gl)
 	$(B)/bench
 	@$(if $(EGL),$(B)/bench_gl,echo "gl: no EGL and GL headers here (libegl-dev libgl-dev), so it is not measured")
+
+bench-opt: $(B)/bench_opt
+	$(B)/bench_opt $(PART)
 
 models: $(B)/models
 	$(B)/models
@@ -134,4 +147,4 @@ coverage:
 clean:
 	rm -rf $(B)
 
-.PHONY: all no-windows demo test tests bench models fringes shaders glasses diagrams flares fits fuzz fuzz-import coverage clean
+.PHONY: all no-windows demo test tests bench bench-opt models fringes shaders glasses diagrams flares fits fuzz fuzz-import coverage clean

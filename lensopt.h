@@ -8,8 +8,9 @@
 
    It includes lensflare.h's declarations and calls its public stages only; one file of the program must hold the
    implementation of that, too. LENSOPT_API, before that line: your own linkage; LENSOPT_STATIC: every function static.
+   LENSOPT_NO_THREADS, too: a search works on the thread that runs it alone.
 
-   Needs libc and libm. No globals, no output, no exit. All lengths are millimetres, angles radians, wavelengths nanometres. */
+   Needs libc, libm and, for searches, POSIX threads or Windows'. No globals, no output, no exit. All lengths are millimetres, angles radians, wavelengths nanometres. */
 
 /* >> 0 documentation */
 /*
@@ -21,6 +22,8 @@
        >> 3 edit
        >> 4 colour
        >> 5 target
+       >> 9 algorithms
+       >> 10 search
 
    THE TARGET FORMAT
 
@@ -240,6 +243,152 @@ LENSOPT_API lflare_result lensopt_target_read(const char *text, size_t size, len
 
 /* Writes it so that lensopt_target_read gives back the same values, to the bit; *size as in lflare_text_write. */
 LENSOPT_API lflare_result lensopt_target_write(const lensopt_target *target, char *text, size_t *size);
+
+/* ---- search: an archipelago of algorithms over a function ---- */
+
+enum {
+    LENSOPT_MAX_VARIABLES = 512,
+    LENSOPT_MAX_ISLANDS = 1024,
+    LENSOPT_MAX_POPULATION = 65536, /* of an island */
+    LENSOPT_MAX_THREADS = 256,
+    LENSOPT_ARCHIVE = 16            /* champions of earlier lives that an island keeps */
+};
+
+/* The next number, evenly in [0,1), of a generator (splitmix64) whose whole state is *state: any value is a seed. */
+LENSOPT_API double lensopt_random(uint64_t *state);
+
+/* What is to become as small as it can. All callbacks are called from several threads at once, and what they give depends on their
+   arguments alone; x they are given, and the x they give, is within the bounds. Points are `variables` doubles each. */
+typedef struct lensopt_function {
+    int32_t variables;               /* 1 to LENSOPT_MAX_VARIABLES */
+    const double *lower, *upper;     /* variables each, finite, lower <= upper */
+    const int32_t *blocks;           /* variables of one number belong together (those of one surface), and blocks whose numbers are near
+                                        are neighbours; NULL: each variable alone */
+    void *user;
+    void (*evaluate)(void *user, const double *x, int32_t count, double *f); /* count points one after the other; what is not finite counts as
+                                                                                the worst */
+    void (*sample)(void *user, uint64_t *random, double *x);                 /* a point to start from; NULL: evenly within the bounds */
+    int32_t (*polish)(void *user, double *x, double *f, int32_t steps);      /* goes downhill from x, whose value is *f, at most `steps` steps;
+                                                                                returns how many evaluations that was worth; NULL: none */
+} lensopt_function;
+
+typedef enum lensopt_method {
+    LENSOPT_MEMETIC = 0, /* children of blocks perturbed, crossed and moved by differences, each polished */
+    LENSOPT_DE,          /* differential evolution, Storn & Price 1997 */
+    LENSOPT_JDE,         /* which adapts its two parameters itself, Brest et al. 2006 */
+    LENSOPT_PSO          /* particle swarm, Clerc & Kennedy 2002 */
+} lensopt_method;
+
+typedef enum lensopt_strategy { LENSOPT_RAND_1_BIN = 0, LENSOPT_BEST_1_EXP, LENSOPT_RAND_1_EXP, LENSOPT_BEST_1_BIN } lensopt_strategy;
+typedef enum lensopt_swarm { LENSOPT_CONSTRICTION = 0, LENSOPT_INERTIA } lensopt_swarm;          /* omega times all of the new velocity, or the old one alone */
+typedef enum lensopt_topology { LENSOPT_RING = 0, LENSOPT_FULL, LENSOPT_ISOLATED } lensopt_topology;
+typedef enum lensopt_policy { LENSOPT_BEST_FOR_WORST = 0, LENSOPT_RANDOM_FOR_RANDOM } lensopt_policy;
+
+/* All zeroes but for the function is fine. Where 0 is a default, 1e-300 is as good as 0. */
+typedef struct lensopt_search_desc {
+    lensopt_function function;    /* arrays are copied */
+    lensopt_method method;
+    int32_t islands;              /* 0: 15; memetic 8 */
+    int32_t population;           /* of an island, at least 4; 0: 15 for each variable (Van Acoleyen 2025), at least 16; memetic 60 */
+    uint64_t seed;
+    int32_t threads;              /* the calling one among them, at most one an island works; 0: as many as there are processors. Results do not depend on it */
+    const double *starts;         /* start_count points, copied: every island begins with them. They are moved into the bounds */
+    int32_t start_count;          /* 0 to population */
+
+    lensopt_strategy strategy;    /* DE and jDE */
+    double weight, crossover;     /* DE: F, 0 to 2, 0: 0.8; CR, 0 to 1, 0: 0.9 */
+    double tau1, tau2;            /* jDE: how likely F and CR are drawn anew, 0 to 1; 0: 0.1 */
+    double weight_low, weight_up; /* jDE: F_l and F_u, F is F_l to F_l + F_u; 0: 0.1 and 0.9 */
+
+    lensopt_swarm swarm;          /* PSO, defaults as pagmo has them */
+    int32_t neighbours;           /* of a particle on a ring of all, half on either side, even; 0: 4; -1: all are */
+    double omega, c1, c2;         /* 0 to 1, 0: 0.7298; 0 to 4, 0: 2.05, with LENSOPT_INERTIA 1.49618, which is the same */
+    double speed;                 /* the highest, in ranges of a variable, 0 to 1; 0: 0.5 */
+
+    int32_t polish_steps;         /* memetic: 1 to 10000; 0: 40 */
+    int32_t patience;             /* generations without a better point (by a thousandth) after which an island keeps its champion and
+                                     begins anew; 0: memetic 20, others -1; -1: never */
+
+    lensopt_topology topology;
+    int32_t migrants;             /* from an island to another, at most population / 2; 0: 1 */
+    lensopt_policy policy;        /* best: replaces the worst if it is better; random: any but the best */
+    int32_t period;               /* generations from one migration to the next; 0: 10; memetic 2. A generation of memetic islands is as many children as members */
+    int32_t (*exchange)(void *user, int32_t island, const double *x, double f, double *in); /* trades with other processes: after each migration,
+                                     on the thread that runs the search, for each island its best point and value; anything but 0: a point was put
+                                     into `in`, which comes as a migrant does and is evaluated here. NULL: none */
+
+    lflare_realloc allocate;      /* NULL = libc's; called by create and free alone */
+    void *user;                   /* of exchange and allocate */
+} lensopt_search_desc;
+
+typedef struct lensopt_search lensopt_search;
+
+/* Checks, copies and allocates all at once: in bytes some 8 * islands * population * (variables + 2), three times that for PSO, and as much as
+   one island's again a thread. Evaluates nothing. On error *out is NULL, nothing leaks, *error (may be NULL) says why. */
+LENSOPT_API lflare_result lensopt_search_create(const lensopt_search_desc *desc, lensopt_search **out, lflare_error *error);
+LENSOPT_API void lensopt_search_free(lensopt_search *search); /* NULL is fine; not while it runs */
+
+/* What ends a run. 0: no such limit. */
+typedef struct lensopt_limits {
+    double seconds;               /* of this run */
+    int64_t evaluations;          /* of the search, those of earlier runs and of a checkpoint counted. Shared out among the islands; each ends with the
+                                     generation (memetic: child) in which it has had its share, or waits at the end of a round */
+    double target;                /* a value at or below which the search has succeeded */
+} lensopt_limits;
+
+typedef enum lensopt_end {
+    LENSOPT_RUNNING = 0, /* or never begun */
+    LENSOPT_ENDED_TARGET,
+    LENSOPT_ENDED_EVALUATIONS,
+    LENSOPT_ENDED_SECONDS,
+    LENSOPT_ENDED_STOPPED,   /* by the callback */
+    LENSOPT_ENDED_CANCELLED
+} lensopt_end;
+
+typedef struct lensopt_progress {
+    int64_t evaluations;          /* of the search */
+    int64_t rounds;               /* migrations so far */
+    double seconds, rate;         /* of this run; its evaluations a second */
+    double best;                  /* the least value so far, HUGE_VAL: none yet */
+    const double *x;              /* where that was; until the callback returns, or the next call with this search */
+    double diversity;             /* root mean square distance of members from the mean of their island, in ranges: 0.29 is even, 0 are copies; mean of
+                                     the islands */
+    double remaining;             /* seconds till a limit ends it, at this rate; negative: unknown */
+    int32_t restarts;             /* of all islands */
+    lensopt_end end;
+} lensopt_progress;
+
+/* Anything but 0 ends the run: that is how an interrupt does it, whose handler sets a flag that this reads. */
+typedef int32_t (*lensopt_progress_callback)(void *user, const lensopt_progress *progress);
+
+/* Searches until a limit is reached (LFLARE_OK), or until the callback or lensopt_search_cancel end it (LFLARE_INCOMPLETE); at
+   least one limit or a callback is needed. What ended it is in lensopt_search_status. Go on with another run, or another process's, after lensopt_search_load: every island stops
+   after a whole generation (memetic: child), where it then goes on, and does to the bit what it would have done unbroken; so limits
+   decide where it stops and never where it goes. Two runs that evaluations alone end are the same to the byte, whatever the number of
+   threads. (The machine code must be the same, too.)
+   progress (may be NULL) is called on this thread, every 50 ms as far as single generations and polishes are shorter, and once at the end,
+   where its answer does not matter. Where a thread cannot be started, fewer work. Nothing is allocated. LFLARE_ERROR_ARGUMENT: *error
+   (may be NULL) says why. */
+LENSOPT_API lflare_result lensopt_search_run(lensopt_search *search, const lensopt_limits *limits, lensopt_progress_callback progress, void *user, lflare_error *error);
+
+/* From any thread, but no signal handler: ends the run that is on, or else the next one, when each thread has done what it is at. */
+LENSOPT_API void lensopt_search_cancel(lensopt_search *search);
+
+/* After a run: how it ended. LFLARE_ERROR_ARGUMENT, like what follows, while it runs, in its callbacks too. */
+LENSOPT_API lflare_result lensopt_search_status(lensopt_search *search, lensopt_progress *out);
+
+/* The best points that the search holds, best first, each once: members of the populations and champions of earlier lives of islands. x: room
+   for *count points, f (may be NULL): for *count values; *count: how many are wanted on entry, how many there are of these on return. */
+LENSOPT_API lflare_result lensopt_search_points(lensopt_search *search, double *x, double *f, int32_t *count);
+
+/* The whole state as bytes, the same on every machine. *size: room on entry, what is needed on return (the same for every state of a search); LFLARE_INCOMPLETE if
+   there was too little, then nothing is written and bytes may be NULL. */
+LENSOPT_API lflare_result lensopt_search_save(lensopt_search *search, void *bytes, size_t *size);
+
+/* Puts a search where that one was. Both were created alike: function, starts, method and all numbers, but for seed and threads. Any bytes are safe;
+   on error nothing changes and *error (may be NULL) says why: LFLARE_ERROR_SYNTAX for what is no checkpoint, or a damaged one, and
+   LFLARE_ERROR_ARGUMENT for one of another search. */
+LENSOPT_API lflare_result lensopt_search_load(lensopt_search *search, const void *bytes, size_t size, lflare_error *error);
 
 #endif /* LENSOPT_H */
 
@@ -1380,6 +1529,1531 @@ LENSOPT_API lflare_result lensopt_target_write(const lensopt_target *t, char *te
     lensopt__put_locks(&w, t);
     *size = w.size;
     return w.size > w.room ? LFLARE_INCOMPLETE : LFLARE_OK;
+}
+
+/* >> 9 algorithms */
+
+/* One population and all that decides how it goes on: what a checkpoint holds, and nothing else but what stands last. */
+typedef struct lensopt__island {
+    uint64_t random;
+    int64_t evaluations, used; /* in all; in this round */
+    int64_t life;              /* units of work since it began, or began anew */
+    int32_t units;             /* of work, done in this round */
+    int32_t born;              /* its members are evaluated */
+    int32_t restarts, archived, stale; /* stale: units of work since its best fell below `mark` */
+    double mark;
+    double *x, *f;             /* members; of a swarm what each particle has found */
+    double *extra;             /* jDE: F, then CR of each member; PSO: where each particle is, then its velocity */
+    double *archive_x, *archive_f;
+    int64_t allowance;         /* of evaluations in this round */
+    int32_t busy, known_restarts;
+    double diversity, measured; /* as last measured, and when */
+} lensopt__island;
+
+/* What the algorithms need to know: the descriptor with its defaults put in, and its arrays. */
+typedef struct lensopt__setup {
+    lensopt_search_desc d;
+    int32_t n, population, block_count;
+    double *lower, *upper, *slowest, *fastest, *starts; /* slowest and fastest: a particle's velocities */
+    int32_t *block_begin, *block_members;     /* variables of block b: block_members[block_begin[b]] up to block_begin[b + 1] */
+} lensopt__setup;
+
+/* A thread's room: points and values of a whole generation, and two doubles a member for jDE. */
+typedef struct lensopt__room {
+    double *x, *f, *extra;
+} lensopt__room;
+
+static uint64_t lensopt__bits(uint64_t *state)
+{
+    uint64_t z = (*state += 0x9e3779b97f4a7c15u);
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+    return z ^ (z >> 31);
+}
+
+static double lensopt__random(uint64_t *state) { return (double)(int64_t)(lensopt__bits(state) >> 11) * (1.0 / 9007199254740992.0); }
+
+LENSOPT_API double lensopt_random(uint64_t *state) { return lensopt__random(state); }
+
+/* 0 to count - 1 */
+static int32_t lensopt__below(uint64_t *state, int32_t count) { return (int32_t)((lensopt__bits(state) >> 32) * (uint64_t)(uint32_t)count >> 32); }
+
+static int lensopt__is_finite(double v) { return v - v == 0; }
+
+static double lensopt__even(const lensopt__setup *s, int32_t j, uint64_t *random)
+{
+    double v = s->lower[j] + lensopt__random(random) * (s->upper[j] - s->lower[j]);
+    return v < s->upper[j] ? v : s->upper[j]; /* rounding may lead past it */
+}
+
+static size_t lensopt__points(const lensopt__setup *s, int32_t count) { return (size_t)count * (size_t)s->n; }
+
+static void lensopt__copy(const lensopt__setup *s, double *to, const double *from) { memcpy(to, from, sizeof *to * (size_t)s->n); }
+
+/* Into the bounds; 0 if something of it is no number. */
+static int lensopt__bound(const lensopt__setup *s, double *x)
+{
+    int32_t j, good = 1;
+    for (j = 0; j < s->n; j++) {
+        good &= lensopt__is_finite(x[j]);
+        x[j] = !(x[j] >= s->lower[j]) ? s->lower[j] : x[j] > s->upper[j] ? s->upper[j] : x[j];
+    }
+    return good;
+}
+
+static void lensopt__evaluate(const lensopt__setup *s, lensopt__island *o, const double *x, int32_t count, double *f)
+{
+    int32_t i;
+    s->d.function.evaluate(s->d.function.user, x, count, f);
+    for (i = 0; i < count; i++)
+        if (!lensopt__is_finite(f[i])) f[i] = HUGE_VAL;
+    o->evaluations += count;
+    o->used += count;
+}
+
+static int32_t lensopt__best(const double *f, int32_t count)
+{
+    int32_t i, best = 0;
+    for (i = 1; i < count; i++)
+        if (f[i] < f[best]) best = i;
+    return best;
+}
+
+static int32_t lensopt__worst(const double *f, int32_t count)
+{
+    int32_t i, worst = 0;
+    for (i = 1; i < count; i++)
+        if (f[i] > f[worst]) worst = i;
+    return worst;
+}
+
+/* Some member other than those of others[count]. */
+static int32_t lensopt__other(const lensopt__setup *s, lensopt__island *o, const int32_t *others, int32_t count)
+{
+    for (;;) {
+        int32_t i, k = lensopt__below(&o->random, s->population);
+        for (i = 0; i < count && others[i] != k; i++) {}
+        if (i == count) return k;
+    }
+}
+
+/* Root mean square of all variables' distances from their means. */
+static double lensopt__diversity(const lensopt__setup *s, const lensopt__island *o)
+{
+    double sum = 0;
+    int32_t i, j;
+    if (!o->born) return 0;
+    for (j = 0; j < s->n; j++) {
+        double mean = 0, square = 0, range = s->upper[j] - s->lower[j];
+        if (!(range > 0)) continue;
+        for (i = 0; i < s->population; i++) mean += o->x[(size_t)i * (size_t)s->n + (size_t)j] / s->population;
+        for (i = 0; i < s->population; i++) {
+            double off = (o->x[(size_t)i * (size_t)s->n + (size_t)j] - mean) / range;
+            square += off * off;
+        }
+        sum += square / s->population;
+    }
+    return sqrt(sum / s->n);
+}
+
+/* -- lives -- */
+
+static void lensopt__sample(const lensopt__setup *s, uint64_t *random, double *x)
+{
+    int32_t j;
+    if (s->d.function.sample == NULL) {
+        for (j = 0; j < s->n; j++) x[j] = lensopt__even(s, j, random);
+        return;
+    }
+    for (j = 0; j < s->n; j++) x[j] = s->lower[j];
+    s->d.function.sample(s->d.function.user, random, x);
+    lensopt__bound(s, x);
+}
+
+/* Members are drawn and evaluated; the first life begins with what the caller gave. */
+static void lensopt__birth(const lensopt__setup *s, lensopt__island *o)
+{
+    size_t points = lensopt__points(s, s->population), k;
+    int32_t i, given = o->restarts == 0 ? s->d.start_count : 0;
+    if (given > 0) memcpy(o->x, s->starts, sizeof *o->x * lensopt__points(s, given));
+    for (i = given; i < s->population; i++) lensopt__sample(s, &o->random, o->x + lensopt__points(s, i));
+    lensopt__evaluate(s, o, o->x, s->population, o->f);
+    if (s->d.method == LENSOPT_JDE) {
+        for (i = 0; i < s->population; i++) {
+            o->extra[i] = s->d.weight_low + 0.5 * s->d.weight_up;
+            o->extra[s->population + i] = 0.9;
+        }
+    } else if (s->d.method == LENSOPT_PSO) {
+        memcpy(o->extra, o->x, sizeof *o->x * points);
+        for (k = 0; k < points; k++) o->extra[points + k] = s->fastest[k % (size_t)s->n] * (2 * lensopt__random(&o->random) - 1);
+    }
+    o->born = 1;
+    o->mark = HUGE_VAL;
+    o->life = o->stale = 0;
+}
+
+/* Whether two points are one for all that a search can tell. */
+static int lensopt__twins(const lensopt__setup *s, const double *x, const double *y)
+{
+    int32_t j;
+    for (j = 0; j < s->n; j++)
+        if (!(fabs(x[j] - y[j]) <= 1e-6 * (s->upper[j] - s->lower[j]))) return 0;
+    return 1;
+}
+
+/* The champion goes to the archive, in the place of its twin or of the worst, if it is better. */
+static void lensopt__retire(const lensopt__setup *s, lensopt__island *o)
+{
+    int32_t best = lensopt__best(o->f, s->population), k;
+    const double *x = o->x + lensopt__points(s, best);
+    for (k = 0; k < o->archived && !lensopt__twins(s, x, o->archive_x + lensopt__points(s, k)); k++) {}
+    if (k == o->archived && k == LENSOPT_ARCHIVE) k = lensopt__worst(o->archive_f, LENSOPT_ARCHIVE);
+    if (k < o->archived && !(o->f[best] < o->archive_f[k])) return;
+    lensopt__copy(s, o->archive_x + lensopt__points(s, k), x);
+    o->archive_f[k] = o->f[best];
+    if (k == o->archived) o->archived++;
+}
+
+/* -- differential evolution -- */
+
+/* What left the bounds is drawn anew. */
+static double lensopt__inside(const lensopt__setup *s, lensopt__island *o, int32_t j, double v)
+{
+    return v >= s->lower[j] && v <= s->upper[j] ? v : lensopt__even(s, j, &o->random);
+}
+
+/* x[i] crossed with base + weight (a - b): variables one by one, or a run of them. */
+static void lensopt__trial(const lensopt__setup *s, lensopt__island *o, int32_t i, int32_t best, double weight, double crossover, double *out)
+{
+    int best_base = s->d.strategy == LENSOPT_BEST_1_EXP || s->d.strategy == LENSOPT_BEST_1_BIN;
+    int32_t picked[4], j, forced, run;
+    const double *x = o->x + lensopt__points(s, i), *base, *a, *b;
+    picked[0] = i;
+    for (j = 1; j < 4 - best_base; j++) picked[j] = lensopt__other(s, o, picked, j);
+    a = o->x + lensopt__points(s, picked[1]);
+    b = o->x + lensopt__points(s, picked[2]);
+    base = o->x + lensopt__points(s, best_base ? best : picked[3]);
+    forced = lensopt__below(&o->random, s->n);
+    if (s->d.strategy == LENSOPT_RAND_1_BIN || s->d.strategy == LENSOPT_BEST_1_BIN) {
+        for (j = 0; j < s->n; j++) {
+            double v = base[j] + weight * (a[j] - b[j]);
+            v = lensopt__random(&o->random) < crossover || j == forced ? v : x[j];
+            out[j] = lensopt__inside(s, o, j, v);
+        }
+        return;
+    }
+    lensopt__copy(s, out, x);
+    for (run = 0, j = forced; run == 0 || (run < s->n && lensopt__random(&o->random) < crossover); run++, j = j + 1 < s->n ? j + 1 : 0)
+        out[j] = lensopt__inside(s, o, j, base[j] + weight * (a[j] - b[j]));
+}
+
+/* A generation: all trials from the members as they are, then each takes its parent's place unless it is worse. */
+static void lensopt__de(const lensopt__setup *s, lensopt__island *o, lensopt__room *room)
+{
+    int32_t i, best = lensopt__best(o->f, s->population), adaptive = s->d.method == LENSOPT_JDE;
+    double *weight = o->extra, *crossover = o->extra + s->population, *new_weight = room->extra, *new_crossover = room->extra + s->population;
+    for (i = 0; i < s->population; i++) {
+        if (adaptive) {
+            new_weight[i] = lensopt__random(&o->random) < s->d.tau1 ? s->d.weight_low + lensopt__random(&o->random) * s->d.weight_up : weight[i];
+            new_crossover[i] = lensopt__random(&o->random) < s->d.tau2 ? lensopt__random(&o->random) : crossover[i];
+        }
+        lensopt__trial(s, o, i, best, adaptive ? new_weight[i] : s->d.weight, adaptive ? new_crossover[i] : s->d.crossover, room->x + lensopt__points(s, i));
+    }
+    lensopt__evaluate(s, o, room->x, s->population, room->f);
+    for (i = 0; i < s->population; i++) {
+        if (!(room->f[i] <= o->f[i])) continue;
+        lensopt__copy(s, o->x + lensopt__points(s, i), room->x + lensopt__points(s, i));
+        o->f[i] = room->f[i];
+        if (!adaptive) continue;
+        weight[i] = new_weight[i];
+        crossover[i] = new_crossover[i];
+    }
+}
+
+/* -- particle swarm -- */
+
+/* The best of a particle's neighbours on the ring, itself among them. */
+static int32_t lensopt__leader(const lensopt__setup *s, const lensopt__island *o, int32_t i)
+{
+    int32_t best = i, k, reach = s->d.neighbours / 2, count = s->population;
+    for (k = i - reach; k <= i + reach; k++) {
+        int32_t at = k < 0 ? k + count : k >= count ? k - count : k;
+        if (o->f[at] < o->f[best]) best = at;
+    }
+    return best;
+}
+
+/* A particle moves; it stops at walls. One number from the generator gives both of a variable's weights. */
+static void lensopt__fly(const lensopt__setup *s, lensopt__island *o, const double *own, const double *leader, double *at, double *speed)
+{
+    int constricted = s->d.swarm == LENSOPT_CONSTRICTION;
+    double omega = s->d.omega, c1 = (constricted ? omega : 1) * s->d.c1 / 4294967296.0, c2 = (constricted ? omega : 1) * s->d.c2 / 4294967296.0;
+    int32_t j;
+    for (j = 0; j < s->n; j++) {
+        uint64_t bits = lensopt__bits(&o->random);
+        double x = at[j], most = s->fastest[j];
+        double v = omega * speed[j] + c1 * (double)(int64_t)(bits >> 32) * (own[j] - x) + c2 * (double)(int64_t)(bits & 0xffffffffu) * (leader[j] - x);
+        v = v > most ? most : v < -most ? -most : v;
+        x += v;
+        if (x < s->lower[j] || x > s->upper[j]) {
+            x = x < s->lower[j] ? s->lower[j] : s->upper[j];
+            v = 0;
+        }
+        at[j] = x;
+        speed[j] = v;
+    }
+}
+
+static void lensopt__pso(const lensopt__setup *s, lensopt__island *o, lensopt__room *room)
+{
+    double *at = o->extra, *speed = o->extra + lensopt__points(s, s->population);
+    int32_t i, best = lensopt__best(o->f, s->population);
+    for (i = 0; i < s->population; i++) {
+        int32_t leader = s->d.neighbours < 0 ? best : lensopt__leader(s, o, i);
+        size_t p = lensopt__points(s, i);
+        lensopt__fly(s, o, o->x + p, o->x + lensopt__points(s, leader), at + p, speed + p);
+    }
+    lensopt__evaluate(s, o, at, s->population, room->f);
+    for (i = 0; i < s->population; i++) {
+        if (!(room->f[i] <= o->f[i])) continue;
+        o->f[i] = room->f[i];
+        lensopt__copy(s, o->x + lensopt__points(s, i), at + lensopt__points(s, i));
+    }
+}
+
+/* -- memetic -- */
+
+static int32_t lensopt__block_size(const lensopt__setup *s, int32_t block) { return s->block_begin[block + 1] - s->block_begin[block]; }
+
+/* A value that left the bounds comes back from the wall: at the wall itself children would gather. */
+static double lensopt__reflected(const lensopt__setup *s, int32_t j, double v)
+{
+    if (v < s->lower[j]) v = 2 * s->lower[j] - v;
+    else if (v > s->upper[j]) v = 2 * s->upper[j] - v;
+    return v < s->lower[j] ? s->lower[j] : v > s->upper[j] ? s->upper[j] : v;
+}
+
+/* One to three blocks moved, each by its own scale: from the whole range down to a ten-thousandth of it. */
+static void lensopt__perturb(const lensopt__setup *s, lensopt__island *o, double *child)
+{
+    int32_t count = 1 + lensopt__below(&o->random, 3), k;
+    for (; count > 0; count--) {
+        int32_t block = lensopt__below(&o->random, s->block_count);
+        double scale = pow(10, -4 * lensopt__random(&o->random));
+        for (k = 0; k < lensopt__block_size(s, block); k++) {
+            int32_t j = s->block_members[s->block_begin[block] + k];
+            child[j] = lensopt__reflected(s, j, child[j] + scale * (s->upper[j] - s->lower[j]) * (2 * lensopt__random(&o->random) - 1));
+        }
+    }
+}
+
+static void lensopt__take_block(const lensopt__setup *s, int32_t block, const double *from, double *child)
+{
+    int32_t k;
+    for (k = s->block_begin[block]; k < s->block_begin[block + 1]; k++) child[s->block_members[k]] = from[s->block_members[k]];
+}
+
+/* One to three blocks as a new point has them. fresh: room for that. */
+static void lensopt__resample(const lensopt__setup *s, lensopt__island *o, double *fresh, double *child)
+{
+    int32_t count = 1 + lensopt__below(&o->random, 3);
+    lensopt__sample(s, &o->random, fresh);
+    for (; count > 0; count--) lensopt__take_block(s, lensopt__below(&o->random, s->block_count), fresh, child);
+}
+
+/* A run of neighbouring blocks, or each with an even chance, from another member. */
+static void lensopt__cross(const lensopt__setup *s, lensopt__island *o, int32_t parent, double *child)
+{
+    const double *other = o->x + lensopt__points(s, lensopt__other(s, o, &parent, 1));
+    int32_t begin = lensopt__below(&o->random, s->block_count), length = 1 + lensopt__below(&o->random, s->block_count), k;
+    int run = lensopt__random(&o->random) < 0.5;
+    for (k = 0; k < s->block_count; k++)
+        if (run ? (k - begin + s->block_count) % s->block_count < length : k == begin || lensopt__random(&o->random) < 0.5) lensopt__take_block(s, k, other, child);
+}
+
+/* Moved by the difference of two others, in most blocks or in few. */
+static void lensopt__differ(const lensopt__setup *s, lensopt__island *o, int32_t parent, double *child)
+{
+    int32_t picked[3], forced = lensopt__below(&o->random, s->block_count), block, k;
+    double weight = 0.4 + 0.6 * lensopt__random(&o->random), share = lensopt__random(&o->random) < 0.5 ? 0.9 : 0.3;
+    const double *a, *b;
+    picked[0] = parent;
+    picked[1] = lensopt__other(s, o, picked, 1);
+    picked[2] = lensopt__other(s, o, picked, 2);
+    a = o->x + lensopt__points(s, picked[1]);
+    b = o->x + lensopt__points(s, picked[2]);
+    for (block = 0; block < s->block_count; block++) {
+        if (block != forced && !(lensopt__random(&o->random) < share)) continue;
+        for (k = s->block_begin[block]; k < s->block_begin[block + 1]; k++) {
+            int32_t j = s->block_members[k];
+            child[j] = lensopt__reflected(s, j, child[j] + weight * (a[j] - b[j]));
+        }
+    }
+}
+
+/* What polishing gives is checked, since a point out of bounds, or a value that is none, would stay for good. */
+static void lensopt__polish(const lensopt__setup *s, lensopt__island *o, double *child, double *f, double *polished)
+{
+    double value = *f;
+    int32_t cost, j;
+    if (s->d.function.polish == NULL || !(*f < HUGE_VAL)) return;
+    lensopt__copy(s, polished, child);
+    cost = s->d.function.polish(s->d.function.user, polished, &value, s->d.polish_steps);
+    if (cost > 0) {
+        o->evaluations += cost;
+        o->used += cost;
+    }
+    if (!(value <= *f)) return;
+    for (j = 0; j < s->n; j++)
+        if (!(polished[j] >= s->lower[j] && polished[j] <= s->upper[j])) return;
+    if (!lensopt__is_finite(value)) return;
+    lensopt__copy(s, child, polished);
+    *f = value;
+}
+
+/* The member whose place a child takes: its parent, or a member that it has come to, so that there are no copies. */
+static int32_t lensopt__rival(const lensopt__setup *s, const lensopt__island *o, const double *child, double f, int32_t parent)
+{
+    int32_t i;
+    for (i = 0; i < s->population; i++) /* the values first: few are alike */
+        if (fabs(o->f[i] - f) <= 1e-3 * fabs(f) + 1e-12 && lensopt__twins(s, child, o->x + lensopt__points(s, i))) return i;
+    return parent;
+}
+
+/* One child of each member in turn. */
+static void lensopt__memetic(const lensopt__setup *s, lensopt__island *o, lensopt__room *room)
+{
+    int32_t parent = (int32_t)(o->life % s->population), rival;
+    double *child = room->x, *other = room->x + s->n, dice = lensopt__random(&o->random), f;
+    lensopt__copy(s, child, o->x + lensopt__points(s, parent));
+    if (dice < 0.3) lensopt__perturb(s, o, child);
+    else if (dice < 0.4) lensopt__resample(s, o, other, child);
+    else if (dice < 0.65) lensopt__cross(s, o, parent, child);
+    else lensopt__differ(s, o, parent, child);
+    lensopt__evaluate(s, o, child, 1, &f);
+    lensopt__polish(s, o, child, &f, other);
+    rival = lensopt__rival(s, o, child, f, parent);
+    if (!(f <= o->f[rival])) return;
+    lensopt__copy(s, o->x + lensopt__points(s, rival), child);
+    o->f[rival] = f;
+}
+
+/* -- all of them -- */
+
+/* Units of work of a generation. */
+static int32_t lensopt__generation(const lensopt__setup *s) { return s->d.method == LENSOPT_MEMETIC ? s->population : 1; }
+
+/* One unit of an island's work. */
+static void lensopt__advance(const lensopt__setup *s, lensopt__island *o, lensopt__room *room)
+{
+    double best;
+    o->units++;
+    if (!o->born) {
+        lensopt__birth(s, o);
+        return;
+    }
+    if (s->d.method == LENSOPT_MEMETIC) lensopt__memetic(s, o, room);
+    else if (s->d.method == LENSOPT_PSO) lensopt__pso(s, o, room);
+    else lensopt__de(s, o, room);
+    o->life++;
+    best = o->f[lensopt__best(o->f, s->population)];
+    if (best < o->mark && (o->mark == HUGE_VAL || best < o->mark - 1e-3 * fabs(o->mark))) {
+        o->mark = best;
+        o->stale = 0;
+    } else if (s->d.patience > 0 && ++o->stale / lensopt__generation(s) >= s->d.patience) {
+        lensopt__retire(s, o);
+        o->born = 0;
+        o->restarts++;
+    }
+}
+
+/* >> 10 search */
+
+/* -- threads and time -- */
+
+/* <windows.h> takes names such as near and far from whoever includes this: what is used of it is declared here as it is there. */
+#ifdef _WIN32
+#ifdef __cplusplus
+extern "C" {
+#endif
+__declspec(dllimport) uint64_t __stdcall GetTickCount64(void);
+#ifndef LENSOPT_NO_THREADS
+struct _RTL_SRWLOCK;
+struct _RTL_CONDITION_VARIABLE;
+__declspec(dllimport) void __stdcall AcquireSRWLockExclusive(struct _RTL_SRWLOCK *lock);
+__declspec(dllimport) void __stdcall ReleaseSRWLockExclusive(struct _RTL_SRWLOCK *lock);
+__declspec(dllimport) int __stdcall SleepConditionVariableSRW(struct _RTL_CONDITION_VARIABLE *changed, struct _RTL_SRWLOCK *lock, unsigned long ms, unsigned long flags);
+__declspec(dllimport) void __stdcall WakeAllConditionVariable(struct _RTL_CONDITION_VARIABLE *changed);
+__declspec(dllimport) unsigned long __stdcall GetActiveProcessorCount(unsigned short group);
+__declspec(dllimport) unsigned long __stdcall WaitForSingleObject(void *handle, unsigned long ms);
+__declspec(dllimport) int __stdcall CloseHandle(void *handle);
+#endif
+#ifdef __cplusplus
+}
+#endif
+#ifndef LENSOPT_NO_THREADS
+#include <process.h>
+#endif
+#else
+#include <time.h>
+#if defined(__unix__) || defined(__APPLE__)
+#include <sys/time.h>
+#ifndef LENSOPT_NO_THREADS
+#include <pthread.h>
+#include <unistd.h>
+#endif
+#endif
+#endif
+
+/* Seconds, from anywhere. Strict C99 hides POSIX's steady clock, and no header can ask for it any more once another was included: then it is
+   the clock on the wall, whose steps back lensopt__tick leaves out. */
+static double lensopt__now(void)
+{
+#if defined(_WIN32)
+    return 1e-3 * (double)(int64_t)GetTickCount64();
+#elif defined(CLOCK_MONOTONIC)
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+#elif defined(__unix__) || defined(__APPLE__)
+    struct timeval t;
+    gettimeofday(&t, NULL);
+    return (double)t.tv_sec + 1e-6 * (double)t.tv_usec;
+#else
+    return (double)time(NULL);
+#endif
+}
+
+/* A lock, and a condition that all wait for who have nothing to do. */
+typedef struct lensopt__gate {
+#if defined(LENSOPT_NO_THREADS)
+    int unused;
+#elif defined(_WIN32)
+    void *lock, *changed; /* as large as SRWLOCK and CONDITION_VARIABLE are, and all zeroes to begin with, as they are */
+#else
+    pthread_mutex_t lock;
+    pthread_cond_t changed;
+#endif
+} lensopt__gate;
+
+#if defined(LENSOPT_NO_THREADS)
+typedef int lensopt__thread;
+static int lensopt__gate_open(lensopt__gate *g) { return g->unused == 0; }
+static void lensopt__gate_close(lensopt__gate *g) { (void)g; }
+static void lensopt__lock(lensopt__gate *g) { (void)g; }
+static void lensopt__unlock(lensopt__gate *g) { (void)g; }
+static void lensopt__wait(lensopt__gate *g) { (void)g; }
+static void lensopt__wake(lensopt__gate *g) { (void)g; }
+static int32_t lensopt__processors(void) { return 1; }
+#elif defined(_WIN32)
+typedef uintptr_t lensopt__thread;
+static int lensopt__gate_open(lensopt__gate *g) { return g->lock == NULL && g->changed == NULL; }
+static void lensopt__gate_close(lensopt__gate *g) { (void)g; }
+static void lensopt__lock(lensopt__gate *g) { AcquireSRWLockExclusive((struct _RTL_SRWLOCK *)&g->lock); }
+static void lensopt__unlock(lensopt__gate *g) { ReleaseSRWLockExclusive((struct _RTL_SRWLOCK *)&g->lock); }
+static void lensopt__wait(lensopt__gate *g) { SleepConditionVariableSRW((struct _RTL_CONDITION_VARIABLE *)&g->changed, (struct _RTL_SRWLOCK *)&g->lock, 0xffffffffu, 0); }
+static void lensopt__wake(lensopt__gate *g) { WakeAllConditionVariable((struct _RTL_CONDITION_VARIABLE *)&g->changed); }
+static int32_t lensopt__processors(void) { return (int32_t)GetActiveProcessorCount(0xffff); }
+#else
+typedef pthread_t lensopt__thread;
+static int lensopt__gate_open(lensopt__gate *g)
+{
+    if (pthread_mutex_init(&g->lock, NULL) != 0) return 0;
+    if (pthread_cond_init(&g->changed, NULL) == 0) return 1;
+    pthread_mutex_destroy(&g->lock);
+    return 0;
+}
+static void lensopt__gate_close(lensopt__gate *g)
+{
+    pthread_cond_destroy(&g->changed);
+    pthread_mutex_destroy(&g->lock);
+}
+static void lensopt__lock(lensopt__gate *g) { pthread_mutex_lock(&g->lock); }
+static void lensopt__unlock(lensopt__gate *g) { pthread_mutex_unlock(&g->lock); }
+static void lensopt__wait(lensopt__gate *g) { pthread_cond_wait(&g->changed, &g->lock); }
+static void lensopt__wake(lensopt__gate *g) { pthread_cond_broadcast(&g->changed); }
+static int32_t lensopt__processors(void)
+{
+#ifdef _SC_NPROCESSORS_ONLN
+    return (int32_t)sysconf(_SC_NPROCESSORS_ONLN);
+#else
+    return 1;
+#endif
+}
+#endif
+
+typedef struct lensopt__worker {
+    struct lensopt_search *search;
+    lensopt__room room;
+    lensopt__thread thread;
+    int32_t started;
+} lensopt__worker;
+
+/* A point to sort by its value: a member, or beyond the population a champion in the archive. */
+typedef struct lensopt__rank {
+    double f;
+    int32_t island, member;
+} lensopt__rank;
+
+/* What it points to lies behind it in the same block. What is below `gate` is only touched under its lock while a run is on, but for the
+   insides of an island that is busy: these are its worker's. */
+struct lensopt_search {
+    lensopt__setup setup;
+    lflare_realloc allocate;
+    void *user;
+    size_t size;               /* of the block */
+    uint64_t hash;             /* of what a checkpoint must agree with */
+    int32_t islands, threads, round; /* round: units of work of an island from one migration to the next */
+    lensopt__island *island;
+    lensopt__worker *workers;
+    double *migrants, *shown;  /* points, each with its value behind it; a copy of best_x for the callback */
+    int32_t *migrant_of;       /* the members that migrate */
+    lensopt__rank *ranks;
+
+    lensopt__gate gate;
+    int32_t running, quit, cancelled, waiting, caller_waits;
+    lensopt_end end;
+    lensopt_limits limits;
+    int64_t rounds, evaluations, begun; /* begun: evaluations before this run */
+    int32_t restarts;
+    double best, *best_x;
+    double raw, elapsed, told;  /* the clock as last read; seconds of this run; when the callback was last called */
+    lensopt_progress_callback progress;
+    void *progress_user;
+};
+
+/* -- creation -- */
+
+static void *lensopt__libc_realloc(void *user, void *block, size_t old_size, size_t new_size)
+{
+    (void)user;
+    (void)old_size;
+    if (new_size == 0) {
+        free(block);
+        return NULL;
+    }
+    return realloc(block, new_size);
+}
+
+/* Room for count things in a block whose address is not yet known (NULL) or known; *at becomes SIZE_MAX where it is too much. */
+static void *lensopt__carve(char *block, size_t *at, size_t count, size_t size)
+{
+    size_t begin = *at, most = (size_t)-1;
+    if (begin == most || (count > 0 && size > (most - 16 - begin) / count)) {
+        *at = most;
+        return NULL;
+    }
+    *at = (begin + count * size + 15) & ~(size_t)15;
+    return block != NULL ? block + begin : NULL;
+}
+
+/* Puts all pointers where they belong and returns the block's size; search is the block, or a head without one (block NULL). */
+static size_t lensopt__layout(lensopt_search *o, char *block)
+{
+    lensopt__setup *s = &o->setup;
+    size_t n = (size_t)s->n, members = (size_t)s->population, at = 0;
+    size_t extra = s->d.method == LENSOPT_PSO ? 2 * n : s->d.method == LENSOPT_JDE ? 2 : 0;
+    size_t migrants = (size_t)o->islands * (size_t)s->d.migrants;
+    int32_t i;
+#define LENSOPT__CARVE(type, count) (type *)lensopt__carve(block, &at, (size_t)(count), sizeof(type))
+    (void)LENSOPT__CARVE(lensopt_search, 1);
+    s->lower = LENSOPT__CARVE(double, n);
+    s->upper = LENSOPT__CARVE(double, n);
+    s->fastest = LENSOPT__CARVE(double, n);
+    s->slowest = LENSOPT__CARVE(double, n);
+    s->starts = LENSOPT__CARVE(double, (size_t)s->d.start_count * n);
+    s->block_begin = LENSOPT__CARVE(int32_t, n + 1);
+    s->block_members = LENSOPT__CARVE(int32_t, n);
+    o->island = LENSOPT__CARVE(lensopt__island, o->islands);
+    o->workers = LENSOPT__CARVE(lensopt__worker, o->threads);
+    o->migrants = LENSOPT__CARVE(double, migrants * (n + 1));
+    o->migrant_of = LENSOPT__CARVE(int32_t, members);
+    o->shown = LENSOPT__CARVE(double, n);
+    o->best_x = LENSOPT__CARVE(double, n);
+    o->ranks = LENSOPT__CARVE(lensopt__rank, (size_t)o->islands * (members + LENSOPT_ARCHIVE));
+    for (i = 0; i < o->islands; i++) {
+        lensopt__island none, *p = block != NULL ? &o->island[i] : &none;
+        p->x = LENSOPT__CARVE(double, members * n);
+        p->f = LENSOPT__CARVE(double, members);
+        p->extra = LENSOPT__CARVE(double, members * extra);
+        p->archive_x = LENSOPT__CARVE(double, LENSOPT_ARCHIVE * n);
+        p->archive_f = LENSOPT__CARVE(double, LENSOPT_ARCHIVE);
+    }
+    for (i = 0; i < o->threads; i++) {
+        lensopt__room none, *p = block != NULL ? &o->workers[i].room : &none;
+        p->x = LENSOPT__CARVE(double, members * n);
+        p->f = LENSOPT__CARVE(double, members);
+        p->extra = LENSOPT__CARVE(double, members * 2);
+    }
+#undef LENSOPT__CARVE
+    return at;
+}
+
+static const char *lensopt__bad_function(const lensopt_function *f, lflare_error *error)
+{
+    int32_t j;
+    if (f->variables < 1 || f->variables > LENSOPT_MAX_VARIABLES) return "1 to 512 variables were expected";
+    if (f->lower == NULL || f->upper == NULL) return "lower and upper bounds were expected, not NULL";
+    if (f->evaluate == NULL) return "a function to evaluate was expected, not NULL";
+    for (j = 0; j < f->variables; j++) {
+        if (lensopt__is_finite(f->lower[j]) && lensopt__is_finite(f->upper[j]) && lensopt__is_finite(f->upper[j] - f->lower[j]) && f->lower[j] <= f->upper[j]) continue;
+        if (!(f->lower[j] > f->upper[j])) lensopt__fail(error, LFLARE_ERROR_ARGUMENT, "variable %i: finite bounds, their difference too, were expected", j + 1);
+        else lensopt__fail(error, LFLARE_ERROR_ARGUMENT, "variable %i: its lower bound %g is above its upper bound %g", j + 1, f->lower[j], f->upper[j]);
+        return "";
+    }
+    return NULL;
+}
+
+static int lensopt__between(double v, double low, double high) { return v >= low && v <= high; }
+
+/* What is wrong with a descriptor's numbers, defaults put in. */
+static const char *lensopt__bad_numbers(const lensopt_search_desc *d)
+{
+    if (d->islands < 1 || d->islands > LENSOPT_MAX_ISLANDS) return "1 to 1024 islands were expected, or 0";
+    if (d->population < 4 || d->population > LENSOPT_MAX_POPULATION) return "a population of 4 to 65536 was expected, or 0";
+    if (d->threads < 1) return "a number of threads was expected, or 0";
+    if (d->start_count < 0 || d->start_count > d->population) return "no more starts than an island has members were expected";
+    if (d->start_count > 0 && d->starts == NULL) return "starts were expected, not NULL";
+    if ((int32_t)d->strategy < 0 || d->strategy > LENSOPT_BEST_1_BIN) return "the strategy is none";
+    if (!lensopt__between(d->weight, 0, 2)) return "weight is 0 to 2";
+    if (!lensopt__between(d->crossover, 0, 1)) return "crossover is 0 to 1";
+    if (!lensopt__between(d->tau1, 0, 1) || !lensopt__between(d->tau2, 0, 1)) return "tau1 and tau2 are 0 to 1";
+    if (!lensopt__between(d->weight_low, 0, 2) || !lensopt__between(d->weight_up, 0, 2)) return "weight_low and weight_up are 0 to 2";
+    if ((int32_t)d->swarm < 0 || d->swarm > LENSOPT_INERTIA) return "the swarm is none";
+    if (d->neighbours != -1 && (d->neighbours < 2 || d->neighbours % 2 != 0)) return "an even number of neighbours was expected, or -1 for all, or 0";
+    if (d->method == LENSOPT_PSO && d->neighbours >= d->population) return "fewer neighbours than the population were expected, or -1 for all";
+    if (!lensopt__between(d->omega, 0, 1)) return "omega is 0 to 1";
+    if (!lensopt__between(d->c1, 0, 4) || !lensopt__between(d->c2, 0, 4)) return "c1 and c2 are 0 to 4";
+    if (!lensopt__between(d->speed, 0, 1)) return "speed is 0 to 1";
+    if (d->polish_steps < 1 || d->polish_steps > 10000) return "1 to 10000 steps of polishing were expected, or 0";
+    if (d->patience != -1 && (d->patience < 1 || d->patience > 1000000)) return "a patience of 1 to 1000000 generations was expected, or -1 for no restart, or 0";
+    if ((int32_t)d->topology < 0 || d->topology > LENSOPT_ISOLATED) return "the topology is none";
+    if (d->migrants < 1 || d->migrants > d->population / 2) return "1 migrant to half of a population were expected, or 0";
+    if ((int32_t)d->policy < 0 || d->policy > LENSOPT_RANDOM_FOR_RANDOM) return "the policy is none";
+    if (d->period < 1 || d->period > 10000) return "a period of 1 to 10000 generations was expected, or 0";
+    return NULL;
+}
+
+static void lensopt__default(int32_t *v, int32_t value) { if (*v == 0) *v = value; }
+static void lensopt__default_number(double *v, double value) { if (*v == 0) *v = value; }
+
+static void lensopt__defaults(lensopt_search_desc *d)
+{
+    int memetic = d->method == LENSOPT_MEMETIC;
+    lensopt__default(&d->islands, memetic ? 8 : 15);
+    lensopt__default(&d->population, memetic ? 60 : d->function.variables > 1 ? 15 * d->function.variables : 16);
+    lensopt__default(&d->threads, lensopt__processors());
+    lensopt__default_number(&d->weight, 0.8);
+    lensopt__default_number(&d->crossover, 0.9);
+    lensopt__default_number(&d->tau1, 0.1);
+    lensopt__default_number(&d->tau2, 0.1);
+    lensopt__default_number(&d->weight_low, 0.1);
+    lensopt__default_number(&d->weight_up, 0.9);
+    lensopt__default(&d->neighbours, 4);
+    lensopt__default_number(&d->omega, 0.7298);
+    lensopt__default_number(&d->c1, d->swarm == LENSOPT_INERTIA ? 1.49618 : 2.05);
+    lensopt__default_number(&d->c2, d->swarm == LENSOPT_INERTIA ? 1.49618 : 2.05);
+    lensopt__default_number(&d->speed, 0.5);
+    lensopt__default(&d->polish_steps, 40);
+    lensopt__default(&d->patience, memetic ? 20 : -1);
+    lensopt__default(&d->migrants, 1);
+    lensopt__default(&d->period, memetic ? 2 : 10);
+}
+
+/* Blocks in the order of their numbers; variables in theirs. */
+static void lensopt__make_blocks(lensopt__setup *s, const int32_t *blocks)
+{
+    int32_t i, j;
+    for (j = 0; j < s->n; j++) { /* sorted by insertion, which keeps the order of equals */
+        for (i = j; blocks != NULL && i > 0 && blocks[s->block_members[i - 1]] > blocks[j]; i--) s->block_members[i] = s->block_members[i - 1];
+        s->block_members[i] = j;
+    }
+    for (j = 0; j < s->n; j++)
+        if (j == 0 || blocks == NULL || blocks[s->block_members[j]] != blocks[s->block_members[j - 1]]) s->block_begin[s->block_count++] = j;
+    s->block_begin[s->block_count] = s->n;
+}
+
+static void lensopt__hash(uint64_t *hash, const void *bytes, size_t size) /* FNV-1a */
+{
+    const uint8_t *p = (const uint8_t *)bytes;
+    for (; size > 0; size--) *hash = (*hash ^ *p++) * 0x100000001b3u;
+}
+
+static uint64_t lensopt__double_bits(double v)
+{
+    uint64_t bits;
+    v += 0.0; /* one zero, not two */
+    memcpy(&bits, &v, sizeof bits);
+    return bits;
+}
+
+static void lensopt__hash_word(uint64_t *hash, uint64_t word) /* the same on every machine */
+{
+    uint8_t bytes[8];
+    int k;
+    for (k = 0; k < 8; k++) bytes[k] = (uint8_t)(word >> 8 * k);
+    lensopt__hash(hash, bytes, sizeof bytes);
+}
+
+static uint64_t lensopt__setup_hash(const lensopt_search *o)
+{
+    const lensopt__setup *s = &o->setup;
+    const lensopt_search_desc *d = &s->d;
+    const int32_t words[] = {s->n, s->population, o->islands, (int32_t)d->method, (int32_t)d->strategy, (int32_t)d->swarm, d->neighbours, d->polish_steps, d->patience,
+                             (int32_t)d->topology, d->migrants, (int32_t)d->policy, d->period, d->start_count, d->function.sample != NULL, d->function.polish != NULL};
+    const double numbers[] = {d->weight, d->crossover, d->tau1, d->tau2, d->weight_low, d->weight_up, d->omega, d->c1, d->c2, d->speed};
+    uint64_t hash = 0xcbf29ce484222325u;
+    size_t k;
+    int32_t j;
+    for (k = 0; k < sizeof words / sizeof words[0]; k++) lensopt__hash_word(&hash, (uint64_t)words[k]);
+    for (k = 0; k < sizeof numbers / sizeof numbers[0]; k++) lensopt__hash_word(&hash, lensopt__double_bits(numbers[k]));
+    for (k = 0; k < lensopt__points(s, d->start_count); k++) lensopt__hash_word(&hash, lensopt__double_bits(s->starts[k]));
+    for (j = 0; j < s->n; j++) {
+        lensopt__hash_word(&hash, lensopt__double_bits(s->lower[j]));
+        lensopt__hash_word(&hash, lensopt__double_bits(s->upper[j]));
+        lensopt__hash_word(&hash, (uint64_t)s->block_members[j]);
+    }
+    for (j = 0; j <= s->block_count; j++) lensopt__hash_word(&hash, (uint64_t)s->block_begin[j]);
+    return hash;
+}
+
+/* The descriptor's arrays, and islands before their birth. */
+static lflare_result lensopt__fill(lensopt_search *o, const lensopt_search_desc *desc, lflare_error *error)
+{
+    lensopt__setup *s = &o->setup;
+    uint64_t random = desc->seed;
+    int32_t i;
+    lensopt__copy(s, s->lower, desc->function.lower);
+    lensopt__copy(s, s->upper, desc->function.upper);
+    for (i = 0; i < s->n; i++) {
+        s->fastest[i] = s->d.speed * (s->upper[i] - s->lower[i]);
+        s->slowest[i] = -s->fastest[i];
+    }
+    lensopt__make_blocks(s, desc->function.blocks);
+    for (i = 0; i < s->d.start_count; i++) {
+        lensopt__copy(s, s->starts + lensopt__points(s, i), desc->starts + lensopt__points(s, i));
+        if (!lensopt__bound(s, s->starts + lensopt__points(s, i))) return lensopt__fail(error, LFLARE_ERROR_ARGUMENT, "start %i: finite numbers were expected", i + 1);
+    }
+    s->d.starts = NULL; /* the caller's arrays may go */
+    s->d.function.lower = s->d.function.upper = NULL;
+    s->d.function.blocks = NULL;
+    for (i = 0; i < o->islands; i++) o->island[i].random = lensopt__bits(&random);
+    for (i = 0; i < o->threads; i++) o->workers[i].search = o;
+    o->hash = lensopt__setup_hash(o);
+    o->best = HUGE_VAL;
+    return LFLARE_OK;
+}
+
+LENSOPT_API lflare_result lensopt_search_create(const lensopt_search_desc *desc, lensopt_search **out, lflare_error *error)
+{
+    lensopt_search head, *o;
+    const char *wrong = NULL;
+    lflare_result result;
+    if (error != NULL) memset(error, 0, sizeof *error);
+    if (out != NULL) *out = NULL;
+    if (desc == NULL || out == NULL) return lensopt__fail(error, LFLARE_ERROR_ARGUMENT, "a descriptor and room for a search were expected, not NULL");
+    if ((int32_t)desc->method < 0 || desc->method > LENSOPT_PSO) return lensopt__fail(error, LFLARE_ERROR_ARGUMENT, "the method is none");
+    wrong = lensopt__bad_function(&desc->function, error);
+    memset(&head, 0, sizeof head);
+    head.setup.d = *desc;
+    lensopt__defaults(&head.setup.d);
+    if (wrong == NULL) wrong = lensopt__bad_numbers(&head.setup.d);
+    if (wrong != NULL) return *wrong != 0 ? lensopt__fail(error, LFLARE_ERROR_ARGUMENT, "%s", wrong) : LFLARE_ERROR_ARGUMENT;
+    head.setup.n = desc->function.variables;
+    head.setup.population = head.setup.d.population;
+    head.islands = head.setup.d.islands;
+    head.threads = head.setup.d.threads < head.islands ? head.setup.d.threads : head.islands;
+    if (head.threads > LENSOPT_MAX_THREADS) head.threads = LENSOPT_MAX_THREADS;
+#ifdef LENSOPT_NO_THREADS
+    head.threads = 1;
+#endif
+    head.round = head.setup.d.period * lensopt__generation(&head.setup);
+    head.allocate = desc->allocate != NULL ? desc->allocate : lensopt__libc_realloc;
+    head.user = desc->user;
+    head.size = lensopt__layout(&head, NULL);
+    o = head.size != (size_t)-1 ? (lensopt_search *)head.allocate(head.user, NULL, 0, head.size) : NULL;
+    if (o == NULL) return lensopt__fail(error, LFLARE_ERROR_MEMORY, "out of memory");
+    memset((void *)o, 0, head.size);
+    *o = head;
+    lensopt__layout(o, (char *)o);
+    result = lensopt__fill(o, desc, error);
+    if (result == LFLARE_OK && !lensopt__gate_open(&o->gate)) result = lensopt__fail(error, LFLARE_ERROR_MEMORY, "no lock could be made");
+    if (result == LFLARE_OK) *out = o;
+    else head.allocate(head.user, o, head.size, 0);
+    return result;
+}
+
+LENSOPT_API void lensopt_search_free(lensopt_search *o)
+{
+    if (o == NULL) return;
+    lensopt__gate_close(&o->gate);
+    o->allocate(o->user, o, o->size, 0);
+}
+
+/* -- migration -- */
+
+/* Puts a member or a point from outside into slot i; a swarm's particle goes there, too. */
+static void lensopt__place(const lensopt__setup *s, lensopt__island *o, int32_t i, const double *x, double f)
+{
+    lensopt__copy(s, o->x + lensopt__points(s, i), x);
+    o->f[i] = f;
+    if (s->d.method == LENSOPT_PSO) lensopt__copy(s, o->extra + lensopt__points(s, i), x);
+}
+
+static void lensopt__receive(const lensopt__setup *s, lensopt__island *o, const double *x, double f)
+{
+    int32_t i, best;
+    if (!(f < HUGE_VAL)) return;
+    for (i = 0; i < s->population; i++) /* who is there already does not come again, or a champion would fill the island with its copies */
+        if (o->f[i] == f && memcmp(o->x + lensopt__points(s, i), x, sizeof *x * (size_t)s->n) == 0) return;
+    if (s->d.policy == LENSOPT_BEST_FOR_WORST) {
+        i = lensopt__worst(o->f, s->population);
+        if (f < o->f[i]) lensopt__place(s, o, i, x, f);
+        return;
+    }
+    best = lensopt__best(o->f, s->population);
+    lensopt__place(s, o, lensopt__other(s, o, &best, 1), x, f);
+}
+
+/* Copies the members that migrate, with their values, to `out`. */
+static void lensopt__emigrate(const lensopt__setup *s, lensopt__island *o, int32_t *members, double *out)
+{
+    int32_t i, k, at;
+    for (i = 0; i < s->population; i++) members[i] = i;
+    for (k = 0; k < s->d.migrants; k++) {
+        if (s->d.policy == LENSOPT_RANDOM_FOR_RANDOM) {
+            at = k + lensopt__below(&o->random, s->population - k);
+        } else {
+            for (i = at = k; i < s->population; i++)
+                if (o->f[members[i]] < o->f[members[at]]) at = i;
+        }
+        i = members[at];
+        members[at] = members[k];
+        members[k] = i;
+        lensopt__copy(s, out, o->x + lensopt__points(s, i));
+        out[s->n] = o->f[i];
+        out += s->n + 1;
+    }
+}
+
+/* An island that began anew is left alone by older ones, whose champion would take it over before it has one of its own. */
+static int lensopt__welcomes(const lensopt__island *to, const lensopt__island *from) { return to != from && to->born && from->born && from->life <= to->life; }
+
+/* All go before any comes. */
+static void lensopt__migrate(lensopt_search *o)
+{
+    const lensopt__setup *s = &o->setup;
+    size_t size = (size_t)s->d.migrants * (size_t)(s->n + 1);
+    int32_t to, from, k, full = s->d.topology == LENSOPT_FULL;
+    if (s->d.topology == LENSOPT_ISOLATED || o->islands == 1) return;
+    for (from = 0; from < o->islands; from++)
+        if (o->island[from].born) lensopt__emigrate(s, &o->island[from], o->migrant_of, o->migrants + (size_t)from * size);
+    for (to = 0; to < o->islands; to++)
+        for (from = 0; from < o->islands; from++) {
+            const double *x = o->migrants + (size_t)from * size;
+            if ((!full && (from + 1) % o->islands != to) || !lensopt__welcomes(&o->island[to], &o->island[from])) continue;
+            for (k = 0; k < s->d.migrants; k++, x += s->n + 1) lensopt__receive(s, &o->island[to], x, x[s->n]);
+        }
+}
+
+/* What other processes send is evaluated here: a value of theirs that was wrong would stay for good. */
+static void lensopt__exchange(lensopt_search *o)
+{
+    const lensopt__setup *s = &o->setup;
+    double *in = o->workers[0].room.x, f;
+    int32_t i, best;
+    for (i = 0; i < o->islands && s->d.exchange != NULL; i++) {
+        lensopt__island *p = &o->island[i];
+        if (!p->born) continue;
+        best = lensopt__best(p->f, s->population);
+        lensopt__copy(s, in, p->x + lensopt__points(s, best));
+        if (!s->d.exchange(o->user, i, p->x + lensopt__points(s, best), p->f[best], in) || !lensopt__bound(s, in)) continue;
+        lensopt__evaluate(s, p, in, 1, &f);
+        lensopt__receive(s, p, in, f);
+    }
+}
+
+/* -- running -- */
+
+/* Under the lock. Steps of the clock backwards are no time. */
+static void lensopt__tick(lensopt_search *o)
+{
+    double raw = lensopt__now();
+    if (raw > o->raw) o->elapsed += raw - o->raw;
+    o->raw = raw;
+}
+
+/* The island to go on with: of those whose work is not done and that no one is at, the one farthest behind. */
+static lensopt__island *lensopt__pick_island(lensopt_search *o)
+{
+    lensopt__island *pick = NULL;
+    int32_t i;
+    if (o->end != LENSOPT_RUNNING) return NULL;
+    for (i = 0; i < o->islands; i++) {
+        lensopt__island *p = &o->island[i];
+        if (!p->busy && p->units < o->round && p->used < p->allowance && (pick == NULL || p->units < pick->units)) pick = p;
+    }
+    return pick;
+}
+
+/* Under the lock: what a unit of an island's work has brought. */
+static void lensopt__account(lensopt_search *o, lensopt__island *p, int64_t evaluations, double diversity)
+{
+    const lensopt__setup *s = &o->setup;
+    int32_t best = lensopt__best(p->f, s->population);
+    o->evaluations += evaluations;
+    o->restarts += p->restarts - p->known_restarts;
+    p->known_restarts = p->restarts;
+    if (p->f[best] < o->best) {
+        o->best = p->f[best];
+        lensopt__copy(s, o->best_x, p->x + lensopt__points(s, best));
+    }
+    lensopt__tick(o);
+    if (diversity >= 0) {
+        p->diversity = diversity;
+        p->measured = o->elapsed;
+    }
+    if (o->end != LENSOPT_RUNNING) return;
+    if (o->cancelled) o->end = LENSOPT_ENDED_CANCELLED;
+    else if (o->limits.target != 0 && o->best <= o->limits.target) o->end = LENSOPT_ENDED_TARGET;
+    else if (o->limits.seconds > 0 && o->elapsed >= o->limits.seconds) o->end = LENSOPT_ENDED_SECONDS;
+}
+
+static void lensopt__report(lensopt_search *o, lensopt_progress *out)
+{
+    int32_t i;
+    double left;
+    memset(out, 0, sizeof *out);
+    out->evaluations = o->evaluations;
+    out->rounds = o->rounds;
+    out->seconds = o->elapsed;
+    out->rate = o->elapsed > 0 ? (double)(o->evaluations - o->begun) / o->elapsed : 0;
+    out->best = o->best;
+    lensopt__copy(&o->setup, o->shown, o->best_x);
+    out->x = o->shown;
+    for (i = 0; i < o->islands; i++) out->diversity += o->island[i].diversity / o->islands;
+    out->remaining = o->limits.seconds > 0 ? o->limits.seconds - o->elapsed : -1;
+    if (o->limits.evaluations > 0 && out->rate > 0) {
+        left = (double)(o->limits.evaluations - o->evaluations) / out->rate;
+        if (out->remaining < 0 || left < out->remaining) out->remaining = left;
+        if (out->remaining < 0) out->remaining = 0;
+    }
+    out->restarts = o->restarts;
+    out->end = o->end;
+}
+
+/* Under the lock, which it gives up while the callback is at work. */
+static void lensopt__tell(lensopt_search *o, double period)
+{
+    lensopt_progress progress;
+    int32_t stop;
+    if (o->progress == NULL || o->elapsed - o->told < period) return;
+    lensopt__report(o, &progress);
+    o->told = o->elapsed;
+    lensopt__unlock(&o->gate);
+    stop = o->progress(o->progress_user, &progress);
+    lensopt__lock(&o->gate);
+    if (stop && o->end == LENSOPT_RUNNING) o->end = LENSOPT_ENDED_STOPPED;
+}
+
+#define LENSOPT__PERIOD 0.04 /* seconds between two calls of the callback: less than promised, by what a unit of work takes */
+
+/* Under the lock: some of an island's work for this round; an eighth, so that all threads end it at nearly the same time. */
+static void lensopt__toil(lensopt_search *o, lensopt__worker *w, lensopt__island *p)
+{
+    int32_t left = o->round / 8 > 1 ? o->round / 8 : 1;
+    p->busy = 1;
+    for (; left > 0 && o->end == LENSOPT_RUNNING && p->units < o->round && p->used < p->allowance; left--) {
+        int64_t before = p->evaluations;
+        int measure = o->progress != NULL && (p->measured < 0 || o->elapsed - p->measured > 2 * LENSOPT__PERIOD);
+        double diversity;
+        lensopt__unlock(&o->gate);
+        lensopt__advance(&o->setup, p, &w->room);
+        diversity = measure ? lensopt__diversity(&o->setup, p) : -1;
+        lensopt__lock(&o->gate);
+        lensopt__account(o, p, p->evaluations - before, diversity);
+        if (w == o->workers) lensopt__tell(o, LENSOPT__PERIOD);
+        else if (o->caller_waits && o->progress != NULL && o->elapsed - o->told >= LENSOPT__PERIOD) lensopt__wake(&o->gate);
+    }
+    p->busy = 0;
+}
+
+static int lensopt__anyone_busy(const lensopt_search *o)
+{
+    int32_t i;
+    for (i = 0; i < o->islands && !o->island[i].busy; i++) {}
+    return i < o->islands;
+}
+
+/* Under the lock: works while there is work. The calling thread's share of a round ends when all have done theirs, a helper's with the run. */
+static void lensopt__work(lensopt_search *o, lensopt__worker *w)
+{
+    int caller = w == o->workers;
+    lensopt__island *p;
+    for (;;) {
+        while ((p = lensopt__pick_island(o)) != NULL) {
+            lensopt__toil(o, w, p);
+            /* wakes who could take over what was left, or waits for the end of the round */
+            if (o->waiting > 0 && (o->end != LENSOPT_RUNNING || !lensopt__anyone_busy(o) || lensopt__pick_island(o) != NULL)) lensopt__wake(&o->gate);
+        }
+        if (caller ? !lensopt__anyone_busy(o) : o->quit) return;
+        o->waiting++;
+        o->caller_waits += caller;
+        lensopt__wait(&o->gate);
+        o->caller_waits -= caller;
+        o->waiting--;
+        if (caller) lensopt__tell(o, LENSOPT__PERIOD);
+    }
+}
+
+#ifndef LENSOPT_NO_THREADS
+#ifdef _WIN32
+static unsigned __stdcall lensopt__help(void *worker)
+#else
+static void *lensopt__help(void *worker)
+#endif
+{
+    lensopt__worker *w = (lensopt__worker *)worker;
+    lensopt__lock(&w->search->gate);
+    lensopt__work(w->search, w);
+    lensopt__unlock(&w->search->gate);
+    return 0;
+}
+#endif
+
+/* Where a function goes deep: some systems give threads that are not the first but half a megabyte. */
+static void lensopt__helpers_start(lensopt_search *o)
+{
+#ifndef LENSOPT_NO_THREADS
+    const unsigned stack = 4u << 20;
+    int32_t i;
+#ifndef _WIN32
+    pthread_attr_t attributes;
+    int plain = pthread_attr_init(&attributes) != 0;
+    if (!plain) pthread_attr_setstacksize(&attributes, stack);
+#endif
+    for (i = 1; i < o->threads; i++) {
+        lensopt__worker *w = &o->workers[i];
+#ifdef _WIN32
+        w->thread = _beginthreadex(NULL, stack, lensopt__help, w, 0x10000, NULL); /* 0x10000: room, not memory at once */
+        w->started = w->thread != 0;
+#else
+        w->started = pthread_create(&w->thread, plain ? NULL : &attributes, lensopt__help, w) == 0;
+#endif
+    }
+#ifndef _WIN32
+    if (!plain) pthread_attr_destroy(&attributes);
+#endif
+#else
+    (void)o;
+#endif
+}
+
+static void lensopt__helpers_join(lensopt_search *o)
+{
+#ifndef LENSOPT_NO_THREADS
+    int32_t i;
+    for (i = 1; i < o->threads; i++) {
+        if (!o->workers[i].started) continue;
+#ifdef _WIN32
+        WaitForSingleObject((void *)o->workers[i].thread, 0xffffffffu);
+        CloseHandle((void *)o->workers[i].thread);
+#else
+        pthread_join(o->workers[i].thread, NULL);
+#endif
+        o->workers[i].started = 0;
+    }
+#else
+    (void)o;
+#endif
+}
+
+/* Shares out what may still be evaluated, counted from the beginning of the round, so that an island's share is the same however often the round was
+   interrupted. 0: no island may do anything. */
+static int lensopt__allow(lensopt_search *o)
+{
+    int64_t left = o->limits.evaluations;
+    int32_t i, some = 0;
+    for (i = 0; i < o->islands; i++) left -= o->island[i].evaluations - o->island[i].used;
+    if (left < 0) left = 0;
+    for (i = 0; i < o->islands; i++) {
+        lensopt__island *p = &o->island[i];
+        p->allowance = o->limits.evaluations > 0 ? left / o->islands + (i < left % o->islands) : INT64_MAX;
+        some |= p->units < o->round && p->used < p->allowance;
+    }
+    return some;
+}
+
+static int lensopt__round_done(const lensopt_search *o)
+{
+    int32_t i;
+    for (i = 0; i < o->islands && o->island[i].units >= o->round; i++) {}
+    return i == o->islands;
+}
+
+/* Counts and the best point from the islands, in their order: what threads found depends on who was first among equals. */
+static void lensopt__sum_up(lensopt_search *o)
+{
+    const lensopt__setup *s = &o->setup;
+    int32_t i, k;
+    o->best = HUGE_VAL;
+    o->evaluations = 0;
+    o->restarts = 0;
+    for (i = 0; i < o->islands; i++) {
+        lensopt__island *p = &o->island[i];
+        o->evaluations += p->evaluations;
+        o->restarts += p->restarts;
+        p->known_restarts = p->restarts;
+        p->diversity = lensopt__diversity(s, p);
+        p->measured = -1;
+        for (k = 0; k < s->population + p->archived; k++) {
+            int archived = k >= s->population, at = archived ? k - s->population : k;
+            double f = archived ? p->archive_f[at] : p->f[at];
+            if ((!archived && !p->born) || !(f < o->best)) continue;
+            o->best = f;
+            lensopt__copy(s, o->best_x, (archived ? p->archive_x : p->x) + lensopt__points(s, at));
+        }
+    }
+}
+
+/* Under the lock, no one at work: the end of a round, and all that the calling thread does between two. */
+static void lensopt__between_rounds(lensopt_search *o)
+{
+    int32_t i;
+    if (o->limits.evaluations > 0 && o->evaluations >= o->limits.evaluations) {
+        o->end = LENSOPT_ENDED_EVALUATIONS;
+        return;
+    }
+    lensopt__unlock(&o->gate);
+    lensopt__migrate(o);
+    lensopt__exchange(o);
+    lensopt__lock(&o->gate);
+    o->evaluations = 0;
+    for (i = 0; i < o->islands; i++) {
+        o->evaluations += o->island[i].evaluations;
+        o->island[i].used = 0;
+        o->island[i].units = 0;
+    }
+    o->rounds++;
+}
+
+static void lensopt__run(lensopt_search *o)
+{
+    if (o->cancelled) o->end = LENSOPT_ENDED_CANCELLED;
+    else if (o->limits.target != 0 && o->best <= o->limits.target) o->end = LENSOPT_ENDED_TARGET;
+    lensopt__helpers_start(o);
+    while (o->end == LENSOPT_RUNNING) {
+        if (lensopt__round_done(o)) lensopt__between_rounds(o);
+        if (o->end != LENSOPT_RUNNING) break;
+        if (lensopt__allow(o)) {
+            if (o->waiting > 0) lensopt__wake(&o->gate);
+            lensopt__work(o, o->workers);
+        } else o->end = LENSOPT_ENDED_EVALUATIONS;
+    }
+    o->quit = 1;
+    lensopt__wake(&o->gate);
+    lensopt__unlock(&o->gate);
+    lensopt__helpers_join(o);
+    lensopt__lock(&o->gate);
+    if (o->end == LENSOPT_ENDED_CANCELLED) o->cancelled = 0;
+    lensopt__tick(o);
+    lensopt__sum_up(o);
+    lensopt__tell(o, -1);
+}
+
+static lflare_result lensopt__bad_run(const lensopt_search *o, const lensopt_limits *limits, lensopt_progress_callback progress, lflare_error *error)
+{
+    if (o == NULL || limits == NULL) return lensopt__fail(error, LFLARE_ERROR_ARGUMENT, "a search and its limits were expected, not NULL");
+    if (!(limits->seconds >= 0)) return lensopt__fail(error, LFLARE_ERROR_ARGUMENT, "a limit of 0 or more seconds was expected");
+    if (limits->evaluations < 0) return lensopt__fail(error, LFLARE_ERROR_ARGUMENT, "a limit of 0 or more evaluations was expected");
+    if (!lensopt__is_finite(limits->target)) return lensopt__fail(error, LFLARE_ERROR_ARGUMENT, "a finite target was expected, or 0 for none");
+    if (limits->seconds == 0 && limits->evaluations == 0 && limits->target == 0 && progress == NULL)
+        return lensopt__fail(error, LFLARE_ERROR_ARGUMENT, "it would never end: a limit was expected (seconds, evaluations or target), or a callback");
+    return LFLARE_OK;
+}
+
+/* Takes the search for oneself; 0 while it runs. */
+static int lensopt__take(lensopt_search *o)
+{
+    int taken;
+    lensopt__lock(&o->gate);
+    taken = !o->running;
+    o->running = 1;
+    lensopt__unlock(&o->gate);
+    return taken;
+}
+
+static void lensopt__give(lensopt_search *o)
+{
+    lensopt__lock(&o->gate);
+    o->running = 0;
+    lensopt__unlock(&o->gate);
+}
+
+LENSOPT_API lflare_result lensopt_search_run(lensopt_search *o, const lensopt_limits *limits, lensopt_progress_callback progress, void *user, lflare_error *error)
+{
+    lflare_result result = lensopt__bad_run(o, limits, progress, error);
+    if (result != LFLARE_OK) return result;
+    if (!lensopt__take(o)) return lensopt__fail(error, LFLARE_ERROR_ARGUMENT, "a search that does not run already was expected");
+    if (error != NULL) memset(error, 0, sizeof *error);
+    lensopt__lock(&o->gate);
+    o->limits = *limits;
+    o->progress = progress;
+    o->progress_user = user;
+    o->quit = 0;
+    o->end = LENSOPT_RUNNING;
+    o->raw = lensopt__now();
+    o->elapsed = o->told = 0;
+    lensopt__sum_up(o);
+    o->begun = o->evaluations;
+    lensopt__run(o);
+    result = o->end == LENSOPT_ENDED_STOPPED || o->end == LENSOPT_ENDED_CANCELLED ? LFLARE_INCOMPLETE : LFLARE_OK;
+    lensopt__unlock(&o->gate);
+    lensopt__give(o);
+    return result;
+}
+
+LENSOPT_API void lensopt_search_cancel(lensopt_search *o)
+{
+    if (o == NULL) return;
+    lensopt__lock(&o->gate);
+    o->cancelled = 1;
+    if (o->running && o->end == LENSOPT_RUNNING) o->end = LENSOPT_ENDED_CANCELLED;
+    lensopt__unlock(&o->gate);
+}
+
+LENSOPT_API lflare_result lensopt_search_status(lensopt_search *o, lensopt_progress *out)
+{
+    if (o == NULL || out == NULL || !lensopt__take(o)) return LFLARE_ERROR_ARGUMENT;
+    lensopt__report(o, out);
+    lensopt__give(o);
+    return LFLARE_OK;
+}
+
+/* -- results -- */
+
+static int lensopt__by_rank(const void *left, const void *right)
+{
+    const lensopt__rank *a = (const lensopt__rank *)left, *b = (const lensopt__rank *)right;
+    if (a->f != b->f) return a->f < b->f ? -1 : 1;
+    if (a->island != b->island) return a->island < b->island ? -1 : 1;
+    return a->member < b->member ? -1 : a->member > b->member;
+}
+
+static const double *lensopt__ranked(const lensopt_search *o, const lensopt__rank *r)
+{
+    const lensopt__setup *s = &o->setup;
+    const lensopt__island *p = &o->island[r->island];
+    return r->member < s->population ? p->x + lensopt__points(s, r->member) : p->archive_x + lensopt__points(s, r->member - s->population);
+}
+
+/* Members and champions, best first; how many. */
+static int32_t lensopt__rank_all(lensopt_search *o)
+{
+    int32_t i, k, count = 0;
+    for (i = 0; i < o->islands; i++) {
+        const lensopt__island *p = &o->island[i];
+        for (k = 0; k < o->setup.population + p->archived; k++) {
+            lensopt__rank *r = &o->ranks[count];
+            if (k < o->setup.population && !p->born) continue;
+            r->f = k < o->setup.population ? p->f[k] : p->archive_f[k - o->setup.population];
+            r->island = i;
+            r->member = k;
+            count++;
+        }
+    }
+    qsort(o->ranks, (size_t)count, sizeof o->ranks[0], lensopt__by_rank);
+    return count;
+}
+
+LENSOPT_API lflare_result lensopt_search_points(lensopt_search *o, double *x, double *f, int32_t *count)
+{
+    int32_t i, k, all, found = 0;
+    if (o == NULL || count == NULL || *count < 0 || (x == NULL && *count > 0) || !lensopt__take(o)) return LFLARE_ERROR_ARGUMENT;
+    all = lensopt__rank_all(o);
+    for (i = 0; i < all && found < *count; i++) {
+        const double *point = lensopt__ranked(o, &o->ranks[i]);
+        for (k = i - 1; k >= 0 && o->ranks[k].f == o->ranks[i].f && memcmp(point, lensopt__ranked(o, &o->ranks[k]), sizeof *point * (size_t)o->setup.n) != 0; k--) {}
+        if (k >= 0 && o->ranks[k].f == o->ranks[i].f) continue; /* a copy: copies have the same value */
+        lensopt__copy(&o->setup, x + lensopt__points(&o->setup, found), point);
+        if (f != NULL) f[found] = o->ranks[i].f;
+        found++;
+    }
+    *count = found;
+    lensopt__give(o);
+    return LFLARE_OK;
+}
+
+/* -- checkpoints -- */
+
+enum { LENSOPT__CHECKPOINT_VERSION = 1 };
+
+/* Visits the state word by word: writes it (to), reads it (from), only checks what would be read (from, dry), or only counts (neither). */
+typedef struct lensopt__store {
+    uint8_t *to;
+    const uint8_t *from;
+    size_t at;
+    int dry, bad;
+} lensopt__store;
+
+/* What is written, or was read. */
+static uint64_t lensopt__word(lensopt__store *t, uint64_t v)
+{
+    int k;
+    if (t->to != NULL) {
+        for (k = 0; k < 8; k++) t->to[t->at + (size_t)k] = (uint8_t)(v >> 8 * k);
+    } else if (t->from != NULL) {
+        for (k = 0, v = 0; k < 8; k++) v |= (uint64_t)t->from[t->at + (size_t)k] << 8 * k;
+    }
+    t->at += 8;
+    return v;
+}
+
+/* Keeps a count within its range; returns it as it is written or read, and puts it into *v unless that is dry. */
+static int64_t lensopt__store_count(lensopt__store *t, int64_t *v, int64_t low, int64_t high)
+{
+    uint64_t word = lensopt__word(t, (uint64_t)*v);
+    int64_t count = word <= (uint64_t)INT64_MAX ? (int64_t)word : -1;
+    t->bad |= count < low || count > high;
+    if (!t->dry) *v = count;
+    return count;
+}
+
+static int32_t lensopt__store_count32(lensopt__store *t, int32_t *v, int32_t high)
+{
+    int64_t wide = *v, count = lensopt__store_count(t, &wide, 0, high);
+    *v = (int32_t)wide;
+    return (int32_t)(count >= 0 && count <= high ? count : 0);
+}
+
+/* Numbers in [low, high], which are `period` numbers each, again and again; low NULL: any that is one. */
+static void lensopt__store_doubles(lensopt__store *t, double *v, size_t count, const double *low, const double *high, size_t period)
+{
+    size_t k;
+    for (k = 0; k < count; k++) {
+        uint64_t bits;
+        double value;
+        memcpy(&bits, &v[k], sizeof bits);
+        bits = lensopt__word(t, bits);
+        memcpy(&value, &bits, sizeof value);
+        if (low != NULL) t->bad |= !(value >= low[k % period] && value <= high[k % period]);
+        if (!t->dry) memcpy(&v[k], &value, sizeof value);
+    }
+}
+
+static void lensopt__store_island(lensopt__store *t, const lensopt__setup *s, lensopt__island *o, int32_t round)
+{
+    static const double none = -1.7976931348623157e308, most = HUGE_VAL, factor[2] = {0, 4};
+    const int64_t many = (int64_t)1 << 52;
+    size_t points = lensopt__points(s, s->population), extra = s->d.method == LENSOPT_PSO ? points : s->d.method == LENSOPT_JDE ? 2 * (size_t)s->population : 0;
+    const double *low = s->lower, *high = s->upper, *f_low = &none;
+    int64_t evaluations;
+    uint64_t random = lensopt__word(t, o->random);
+    int32_t archived;
+    if (!t->dry) o->random = random;
+    evaluations = lensopt__store_count(t, &o->evaluations, 0, many);
+    lensopt__store_count(t, &o->used, 0, evaluations);
+    lensopt__store_count(t, &o->life, 0, many);
+    lensopt__store_count32(t, &o->units, round);
+    lensopt__store_count32(t, &o->restarts, INT32_MAX / LENSOPT_MAX_ISLANDS);
+    lensopt__store_count32(t, &o->stale, INT32_MAX);
+    archived = lensopt__store_count32(t, &o->archived, LENSOPT_ARCHIVE);
+    if (!lensopt__store_count32(t, &o->born, 1)) low = f_low = NULL; /* what is there is never read */
+    lensopt__store_doubles(t, &o->mark, 1, f_low, &most, 1);
+    lensopt__store_doubles(t, o->x, points, low, high, (size_t)s->n);
+    lensopt__store_doubles(t, o->f, (size_t)s->population, f_low, &most, 1);
+    lensopt__store_doubles(t, o->extra, extra, s->d.method == LENSOPT_PSO || low == NULL ? low : &factor[0], s->d.method == LENSOPT_PSO ? high : &factor[1],
+                           s->d.method == LENSOPT_PSO ? (size_t)s->n : 1);
+    if (s->d.method == LENSOPT_PSO) lensopt__store_doubles(t, o->extra + points, points, low != NULL ? s->slowest : NULL, s->fastest, (size_t)s->n);
+    lensopt__store_doubles(t, o->archive_x, lensopt__points(s, archived), s->lower, s->upper, (size_t)s->n);
+    lensopt__store_doubles(t, o->archive_x + lensopt__points(s, archived), lensopt__points(s, LENSOPT_ARCHIVE - archived), NULL, NULL, 1);
+    lensopt__store_doubles(t, o->archive_f, (size_t)archived, &none, &most, 1);
+    lensopt__store_doubles(t, o->archive_f + archived, (size_t)(LENSOPT_ARCHIVE - archived), NULL, NULL, 1);
+}
+
+/* "lensopt" as a number, a version, what it must agree with, and the state. */
+static void lensopt__store_search(lensopt__store *t, lensopt_search *o)
+{
+    int32_t i;
+    lensopt__word(t, 0x0074706f736e656cu);
+    lensopt__word(t, LENSOPT__CHECKPOINT_VERSION);
+    lensopt__word(t, o->hash);
+    lensopt__store_count(t, &o->rounds, 0, (int64_t)1 << 52);
+    for (i = 0; i < o->islands; i++) lensopt__store_island(t, &o->setup, &o->island[i], o->round);
+}
+
+static size_t lensopt__checkpoint_size(lensopt_search *o)
+{
+    lensopt__store t;
+    memset(&t, 0, sizeof t);
+    t.dry = 1;
+    lensopt__store_search(&t, o);
+    return t.at + 8;
+}
+
+static uint64_t lensopt__checksum(const uint8_t *bytes, size_t size)
+{
+    uint64_t sum = 0xcbf29ce484222325u;
+    lensopt__hash(&sum, bytes, size);
+    return sum;
+}
+
+LENSOPT_API lflare_result lensopt_search_save(lensopt_search *o, void *bytes, size_t *size)
+{
+    lensopt__store t;
+    size_t room;
+    if (o == NULL || size == NULL || (bytes == NULL && *size > 0) || !lensopt__take(o)) return LFLARE_ERROR_ARGUMENT;
+    room = *size;
+    *size = lensopt__checkpoint_size(o);
+    if (room >= *size) {
+        memset(&t, 0, sizeof t);
+        t.to = (uint8_t *)bytes;
+        lensopt__store_search(&t, o);
+        lensopt__word(&t, lensopt__checksum(t.to, t.at));
+    }
+    lensopt__give(o);
+    return room < *size ? LFLARE_INCOMPLETE : LFLARE_OK;
+}
+
+static lflare_result lensopt__load(lensopt_search *o, const void *bytes, size_t size, lflare_error *error)
+{
+    lensopt__store t;
+    uint64_t magic, version, hash;
+    memset(&t, 0, sizeof t);
+    t.from = (const uint8_t *)bytes;
+    t.dry = 1;
+    if (size < 32) return lensopt__fail(error, LFLARE_ERROR_SYNTAX, "a checkpoint of a search was expected, but that is only %i bytes", (int)size);
+    magic = lensopt__word(&t, 0);
+    version = lensopt__word(&t, 0);
+    hash = lensopt__word(&t, 0);
+    if (magic != 0x0074706f736e656cu) return lensopt__fail(error, LFLARE_ERROR_SYNTAX, "that is no checkpoint of a search");
+    if (version != LENSOPT__CHECKPOINT_VERSION)
+        return lensopt__fail(error, LFLARE_ERROR_SYNTAX, "a checkpoint of version %i was expected, this is of another", LENSOPT__CHECKPOINT_VERSION);
+    t.at = size - 8;
+    if (lensopt__word(&t, 0) != lensopt__checksum(t.from, size - 8)) return lensopt__fail(error, LFLARE_ERROR_SYNTAX, "the checkpoint is damaged or cut off: its checksum is wrong");
+    if (hash != o->hash || size != lensopt__checkpoint_size(o))
+        return lensopt__fail(error, LFLARE_ERROR_ARGUMENT, "the checkpoint is of another search: other variables, bounds, starts, method or numbers");
+    t.at = 0;
+    lensopt__store_search(&t, o);
+    if (t.bad) return lensopt__fail(error, LFLARE_ERROR_SYNTAX, "the checkpoint is damaged: it holds numbers that no search can have");
+    t.at = 0;
+    t.dry = 0;
+    lensopt__store_search(&t, o);
+    o->end = LENSOPT_RUNNING;
+    o->elapsed = 0;
+    lensopt__sum_up(o);
+    o->begun = o->evaluations;
+    return LFLARE_OK;
+}
+
+LENSOPT_API lflare_result lensopt_search_load(lensopt_search *o, const void *bytes, size_t size, lflare_error *error)
+{
+    lflare_result result;
+    if (o == NULL || (bytes == NULL && size > 0)) return lensopt__fail(error, LFLARE_ERROR_ARGUMENT, "a search and the bytes of a checkpoint were expected, not NULL");
+    if (!lensopt__take(o)) return lensopt__fail(error, LFLARE_ERROR_ARGUMENT, "a search that does not run was expected");
+    result = lensopt__load(o, bytes, size, error);
+    lensopt__give(o);
+    return result;
 }
 
 #endif /* LENSOPT_IMPLEMENTED */

@@ -116,6 +116,17 @@ try "lensopt.h: clang c99 without a warning" clang -std=c99 $C -O2 -c "$B/opt.c"
 for std in c++11 c++20; do try "lensopt.h: clang++ $std without a warning" clang++ -std=$std $W -fsyntax-only "$B/opt.cpp"; done
 try "lensopt.h: LENSOPT_STATIC without a warning" gcc -std=c99 $C -DLENSOPT_STATIC -fsyntax-only "$B/opt.c"
 try "lensopt.h: LENSOPT_STATIC without a warning, C++" clang++ -std=c++11 $W -DLENSOPT_STATIC -fsyntax-only "$B/opt.cpp"
+for cc in "gcc -std=c99" "clang -std=c99"; do
+    try "lensopt.h: LENSOPT_NO_THREADS without a warning: ${cc%% *}" $cc $C -DLENSOPT_NO_THREADS -O1 -c "$B/opt.c" -o "$B/alone.o"
+done
+try "lensopt.h: LENSOPT_NO_THREADS without a warning, C++" clang++ -std=c++11 $W -DLENSOPT_NO_THREADS -fsyntax-only "$B/opt.cpp"
+silent "lensopt.h: LENSOPT_NO_THREADS uses no threads" sh -c "nm $B/alone.o >$B/names && awk '/pthread_/' $B/names"
+try "lensopt.h: test_search with LENSOPT_NO_THREADS" sh -c "gcc -std=c99 -DLENSOPT_NO_THREADS -I. -O2 tests/test_search.c -o $B/alone -lcmocka -lm && $B/alone"
+if printf 'int main(void) { return 0; }\n' | clang -fsanitize=thread -x c - -o "$B/tsan" 2>/dev/null && "$B/tsan"; then
+    try "lensopt.h: test_search with ThreadSanitizer" sh -c "clang -std=c99 -g -O1 -fsanitize=thread -I. tests/test_search.c -o $B/tsan -lcmocka -lpthread -lm && TSAN_OPTIONS=halt_on_error=1 $B/tsan threads"
+else
+    skip "lensopt.h: no ThreadSanitizer here"
+fi
 try "lensopt.h: declarations alone" gcc -std=c99 $C -fsyntax-only -include lensopt.h -x c /dev/null
 printf '#include "lensopt.h"\n#define LENSOPT_IMPLEMENTATION\n#include "lensopt.h"\n#include "lensopt.h"\n' >"$B/twice.c"
 try "lensopt.h: included twice, before and after the implementation" gcc -std=c99 $C -c "$B/twice.c" -o "$B/twice.o"
@@ -242,7 +253,7 @@ test_gl)
 test_aberration) cc="clang -O2" libs=-lpthread argument=quick ;;
 test_lenses) argument=quick ;;
 test_picture) cc="clang -O2" ;;
-test_reference | test_paths) libs=-lpthread ;;
+test_reference | test_paths | test_search) libs=-lpthread ;;
 test_traced) cc="clang -O2" libs=-lpthread ;;
 test_diffraction) libs=-lfftw3 ;;
 esac
