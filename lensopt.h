@@ -1722,6 +1722,17 @@ static double lensopt__inside(const lensopt__setup *s, lensopt__island *o, int32
     return v >= s->lower[j] && v <= s->upper[j] ? v : lensopt__even(s, j, &o->random);
 }
 
+/* Without a branch, which would be guessed wrong for a tenth of all variables. */
+static double lensopt__choose(int yes, double a, double b)
+{
+    uint64_t mask = (uint64_t)0 - (uint64_t)(yes != 0), bits[2];
+    memcpy(&bits[0], &a, sizeof a);
+    memcpy(&bits[1], &b, sizeof b);
+    bits[0] = (bits[0] & mask) | (bits[1] & ~mask);
+    memcpy(&a, &bits[0], sizeof a);
+    return a;
+}
+
 /* x[i] crossed with base + weight (a - b): variables one by one, or a run of them. */
 static void lensopt__trial(const lensopt__setup *s, lensopt__island *o, int32_t i, int32_t best, double weight, double crossover, double *out)
 {
@@ -1735,11 +1746,14 @@ static void lensopt__trial(const lensopt__setup *s, lensopt__island *o, int32_t 
     base = o->x + lensopt__points(s, best_base ? best : picked[3]);
     forced = lensopt__below(&o->random, s->n);
     if (s->d.strategy == LENSOPT_RAND_1_BIN || s->d.strategy == LENSOPT_BEST_1_BIN) {
+        uint64_t random = o->random;
         for (j = 0; j < s->n; j++) {
             double v = base[j] + weight * (a[j] - b[j]);
-            v = lensopt__random(&o->random) < crossover || j == forced ? v : x[j];
-            out[j] = lensopt__inside(s, o, j, v);
+            out[j] = lensopt__choose(lensopt__random(&random) < crossover, v, x[j]);
         }
+        o->random = random;
+        out[forced] = base[forced] + weight * (a[forced] - b[forced]);
+        for (j = 0; j < s->n; j++) out[j] = lensopt__inside(s, o, j, out[j]);
         return;
     }
     lensopt__copy(s, out, x);
@@ -1788,9 +1802,10 @@ static void lensopt__fly(const lensopt__setup *s, lensopt__island *o, const doub
 {
     int constricted = s->d.swarm == LENSOPT_CONSTRICTION;
     double omega = s->d.omega, c1 = (constricted ? omega : 1) * s->d.c1 / 4294967296.0, c2 = (constricted ? omega : 1) * s->d.c2 / 4294967296.0;
+    uint64_t random = o->random;
     int32_t j;
     for (j = 0; j < s->n; j++) {
-        uint64_t bits = lensopt__bits(&o->random);
+        uint64_t bits = lensopt__bits(&random);
         double x = at[j], most = s->fastest[j];
         double v = omega * speed[j] + c1 * (double)(int64_t)(bits >> 32) * (own[j] - x) + c2 * (double)(int64_t)(bits & 0xffffffffu) * (leader[j] - x);
         v = v > most ? most : v < -most ? -most : v;
@@ -1802,6 +1817,7 @@ static void lensopt__fly(const lensopt__setup *s, lensopt__island *o, const doub
         at[j] = x;
         speed[j] = v;
     }
+    o->random = random;
 }
 
 static void lensopt__pso(const lensopt__setup *s, lensopt__island *o, lensopt__room *room)
@@ -1943,14 +1959,14 @@ static void lensopt__memetic(const lensopt__setup *s, lensopt__island *o, lensop
 /* Units of work of a generation. */
 static int32_t lensopt__generation(const lensopt__setup *s) { return s->d.method == LENSOPT_MEMETIC ? s->population : 1; }
 
-/* One unit of an island's work. */
-static void lensopt__advance(const lensopt__setup *s, lensopt__island *o, lensopt__room *room)
+/* One unit of an island's work; its best value then. */
+static double lensopt__advance(const lensopt__setup *s, lensopt__island *o, lensopt__room *room)
 {
     double best;
     o->units++;
     if (!o->born) {
         lensopt__birth(s, o);
-        return;
+        return o->f[lensopt__best(o->f, s->population)];
     }
     if (s->d.method == LENSOPT_MEMETIC) lensopt__memetic(s, o, room);
     else if (s->d.method == LENSOPT_PSO) lensopt__pso(s, o, room);
@@ -1965,6 +1981,7 @@ static void lensopt__advance(const lensopt__setup *s, lensopt__island *o, lensop
         o->born = 0;
         o->restarts++;
     }
+    return best;
 }
 
 /* >> 10 search */
@@ -2483,6 +2500,8 @@ static void lensopt__tick(lensopt_search *o)
     o->raw = raw;
 }
 
+static int lensopt__may_go_on(const lensopt_search *o, const lensopt__island *p) { return p->units < o->round && p->used < p->allowance; }
+
 /* The island to go on with: of those whose work is not done and that no one is at, the one farthest behind. */
 static lensopt__island *lensopt__pick_island(lensopt_search *o)
 {
@@ -2491,12 +2510,14 @@ static lensopt__island *lensopt__pick_island(lensopt_search *o)
     if (o->end != LENSOPT_RUNNING) return NULL;
     for (i = 0; i < o->islands; i++) {
         lensopt__island *p = &o->island[i];
-        if (!p->busy && p->units < o->round && p->used < p->allowance && (pick == NULL || p->units < pick->units)) pick = p;
+        if (!p->busy && lensopt__may_go_on(o, p) && (pick == NULL || p->units < pick->units)) pick = p;
     }
     return pick;
 }
 
-/* Under the lock: what a unit of an island's work has brought. */
+static int lensopt__succeeded(const lensopt_search *o, double best) { return o->limits.target != 0 && best <= o->limits.target; }
+
+/* Under the lock: what some of an island's work has brought. */
 static void lensopt__account(lensopt_search *o, lensopt__island *p, int64_t evaluations, double diversity)
 {
     const lensopt__setup *s = &o->setup;
@@ -2515,7 +2536,7 @@ static void lensopt__account(lensopt_search *o, lensopt__island *p, int64_t eval
     }
     if (o->end != LENSOPT_RUNNING) return;
     if (o->cancelled) o->end = LENSOPT_ENDED_CANCELLED;
-    else if (o->limits.target != 0 && o->best <= o->limits.target) o->end = LENSOPT_ENDED_TARGET;
+    else if (lensopt__succeeded(o, o->best)) o->end = LENSOPT_ENDED_TARGET;
     else if (o->limits.seconds > 0 && o->elapsed >= o->limits.seconds) o->end = LENSOPT_ENDED_SECONDS;
 }
 
@@ -2558,20 +2579,25 @@ static void lensopt__tell(lensopt_search *o, double period)
 
 #define LENSOPT__PERIOD 0.04 /* seconds between two calls of the callback: less than promised, by what a unit of work takes */
 
-/* Under the lock: some of an island's work for this round; an eighth, so that all threads end it at nearly the same time. */
+/* Under the lock: some of an island's work for this round; an eighth, so that all threads end it at nearly the same time. Units so short that the
+   lock would take much of the time are done several at once. */
 static void lensopt__toil(lensopt_search *o, lensopt__worker *w, lensopt__island *p)
 {
-    int32_t left = o->round / 8 > 1 ? o->round / 8 : 1;
+    int32_t left = o->round / 8 > 1 ? o->round / 8 : 1, at_once = 1;
     p->busy = 1;
-    for (; left > 0 && o->end == LENSOPT_RUNNING && p->units < o->round && p->used < p->allowance; left--) {
+    while (left > 0 && o->end == LENSOPT_RUNNING && lensopt__may_go_on(o, p)) {
         int64_t before = p->evaluations;
         int measure = o->progress != NULL && (p->measured < 0 || o->elapsed - p->measured > 2 * LENSOPT__PERIOD);
-        double diversity;
+        double diversity, best, began = o->elapsed;
+        int32_t k = 0;
         lensopt__unlock(&o->gate);
-        lensopt__advance(&o->setup, p, &w->room);
+        do best = lensopt__advance(&o->setup, p, &w->room);
+        while (++k < at_once && k < left && lensopt__may_go_on(o, p) && !lensopt__succeeded(o, best));
         diversity = measure ? lensopt__diversity(&o->setup, p) : -1;
         lensopt__lock(&o->gate);
         lensopt__account(o, p, p->evaluations - before, diversity);
+        left -= k;
+        at_once = o->elapsed - began < 1e-4 ? 2 * at_once : 1;
         if (w == o->workers) lensopt__tell(o, LENSOPT__PERIOD);
         else if (o->caller_waits && o->progress != NULL && o->elapsed - o->told >= LENSOPT__PERIOD) lensopt__wake(&o->gate);
     }
@@ -2679,7 +2705,7 @@ static int lensopt__allow(lensopt_search *o)
     for (i = 0; i < o->islands; i++) {
         lensopt__island *p = &o->island[i];
         p->allowance = o->limits.evaluations > 0 ? left / o->islands + (i < left % o->islands) : INT64_MAX;
-        some |= p->units < o->round && p->used < p->allowance;
+        some |= lensopt__may_go_on(o, p);
     }
     return some;
 }
@@ -2740,7 +2766,7 @@ static void lensopt__between_rounds(lensopt_search *o)
 static void lensopt__run(lensopt_search *o)
 {
     if (o->cancelled) o->end = LENSOPT_ENDED_CANCELLED;
-    else if (o->limits.target != 0 && o->best <= o->limits.target) o->end = LENSOPT_ENDED_TARGET;
+    else if (lensopt__succeeded(o, o->best)) o->end = LENSOPT_ENDED_TARGET;
     lensopt__helpers_start(o);
     while (o->end == LENSOPT_RUNNING) {
         if (lensopt__round_done(o)) lensopt__between_rounds(o);

@@ -10,6 +10,13 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* what a search has nothing to do with would take most of the time that compiling takes */
+#define LFLARE_NO_STDIO
+#define LFLARE_NO_ABERRATION
+#define LFLARE_NO_DIFFRACTION
+#define LFLARE_NO_TRACE
+#define LFLARE_NO_SOFTWARE
+#define LFLARE_NO_GL
 #define LENSFLARE_IMPLEMENTATION
 #include "lensflare.h"
 #define LENSOPT_IMPLEMENTATION
