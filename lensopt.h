@@ -257,7 +257,7 @@ enum {
 /* The next number, evenly in [0,1), of a generator (splitmix64) whose whole state is *state: any value is a seed. */
 LENSOPT_API double lensopt_random(uint64_t *state);
 
-/* What is to become as small as it can. All callbacks are called from several threads at once, and what they give depends on their
+/* What is to become as small as it can. All callbacks are called from several threads at once, with 4 MB of stack, and what they give depends on their
    arguments alone; x they are given, and the x they give, is within the bounds. Points are `variables` doubles each. */
 typedef struct lensopt_function {
     int32_t variables;               /* 1 to LENSOPT_MAX_VARIABLES */
@@ -301,7 +301,7 @@ typedef struct lensopt_search_desc {
     double weight_low, weight_up; /* jDE: F_l and F_u, F is F_l to F_l + F_u; 0: 0.1 and 0.9 */
 
     lensopt_swarm swarm;          /* PSO, defaults as pagmo has them */
-    int32_t neighbours;           /* of a particle on a ring of all, half on either side, even; 0: 4; -1: all are */
+    int32_t neighbours;           /* of a particle on a ring of all, half on either side, even; 0: 4; -1: all are, itself, too */
     double omega, c1, c2;         /* 0 to 1, 0: 0.7298; 0 to 4, 0: 2.05, with LENSOPT_INERTIA 1.49618, which is the same */
     double speed;                 /* the highest, in ranges of a variable, 0 to 1; 0: 0.5 */
 
@@ -354,7 +354,7 @@ typedef struct lensopt_progress {
     double diversity;             /* root mean square distance of members from the mean of their island, in ranges: 0.29 is even, 0 are copies; mean of
                                      the islands */
     double remaining;             /* seconds till a limit ends it, at this rate; negative: unknown */
-    int32_t restarts;             /* of all islands */
+    int64_t restarts;             /* of all islands */
     lensopt_end end;
 } lensopt_progress;
 
@@ -377,8 +377,9 @@ LENSOPT_API void lensopt_search_cancel(lensopt_search *search);
 /* After a run: how it ended. LFLARE_ERROR_ARGUMENT, like what follows, while it runs, in its callbacks too. */
 LENSOPT_API lflare_result lensopt_search_status(lensopt_search *search, lensopt_progress *out);
 
-/* The best points that the search holds, best first, each once: members of the populations and champions of earlier lives of islands. x: room
-   for *count points, f (may be NULL): for *count values; *count: how many are wanted on entry, how many there are of these on return. */
+/* The best points that the search holds, best first, each once, those without a value left out: members of the populations
+   and champions of earlier lives of islands. x: room for *count points, f (may be NULL): for *count values; *count: how
+   many are wanted on entry, how many of these there are on return. */
 LENSOPT_API lflare_result lensopt_search_points(lensopt_search *search, double *x, double *f, int32_t *count);
 
 /* The whole state as bytes, the same on every machine. *size: room on entry, what is needed on return (the same for every state of a search); LFLARE_INCOMPLETE if
@@ -1538,15 +1539,17 @@ typedef struct lensopt__island {
     uint64_t random;
     int64_t evaluations, used; /* in all; in this round */
     int64_t life;              /* units of work since it began, or began anew */
+    int64_t stale;             /* units of work since its best fell below `mark` */
+    int64_t restarts;
     int32_t units;             /* of work, done in this round */
-    int32_t born;              /* its members are evaluated */
-    int32_t restarts, archived, stale; /* stale: units of work since its best fell below `mark` */
+    int32_t born, archived;    /* its members are evaluated; how many champions it keeps */
     double mark;
     double *x, *f;             /* members; of a swarm what each particle has found */
     double *extra;             /* jDE: F, then CR of each member; PSO: where each particle is, then its velocity */
     double *archive_x, *archive_f;
     int64_t allowance;         /* of evaluations in this round */
-    int32_t busy, known_restarts;
+    int64_t known_restarts;
+    int32_t busy;
     double diversity, measured; /* as last measured, and when */
 } lensopt__island;
 
@@ -1591,7 +1594,7 @@ static size_t lensopt__points(const lensopt__setup *s, int32_t count) { return (
 static void lensopt__copy(const lensopt__setup *s, double *to, const double *from) { memcpy(to, from, sizeof *to * (size_t)s->n); }
 
 /* Into the bounds; 0 if something of it is no number. */
-static int lensopt__bound(const lensopt__setup *s, double *x)
+static int lensopt__into_bounds(const lensopt__setup *s, double *x)
 {
     int32_t j, good = 1;
     for (j = 0; j < s->n; j++) {
@@ -1601,7 +1604,7 @@ static int lensopt__bound(const lensopt__setup *s, double *x)
     return good;
 }
 
-static void lensopt__evaluate(const lensopt__setup *s, lensopt__island *o, const double *x, int32_t count, double *f)
+static void lensopt__island_evaluate(const lensopt__setup *s, lensopt__island *o, const double *x, int32_t count, double *f)
 {
     int32_t i;
     s->d.function.evaluate(s->d.function.user, x, count, f);
@@ -1658,7 +1661,7 @@ static double lensopt__diversity(const lensopt__setup *s, const lensopt__island 
 
 /* -- lives -- */
 
-static void lensopt__sample(const lensopt__setup *s, uint64_t *random, double *x)
+static void lensopt__draw(const lensopt__setup *s, uint64_t *random, double *x)
 {
     int32_t j;
     if (s->d.function.sample == NULL) {
@@ -1667,7 +1670,7 @@ static void lensopt__sample(const lensopt__setup *s, uint64_t *random, double *x
     }
     for (j = 0; j < s->n; j++) x[j] = s->lower[j];
     s->d.function.sample(s->d.function.user, random, x);
-    lensopt__bound(s, x);
+    lensopt__into_bounds(s, x);
 }
 
 /* Members are drawn and evaluated; the first life begins with what the caller gave. */
@@ -1676,8 +1679,8 @@ static void lensopt__birth(const lensopt__setup *s, lensopt__island *o)
     size_t points = lensopt__points(s, s->population), k;
     int32_t i, given = o->restarts == 0 ? s->d.start_count : 0;
     if (given > 0) memcpy(o->x, s->starts, sizeof *o->x * lensopt__points(s, given));
-    for (i = given; i < s->population; i++) lensopt__sample(s, &o->random, o->x + lensopt__points(s, i));
-    lensopt__evaluate(s, o, o->x, s->population, o->f);
+    for (i = given; i < s->population; i++) lensopt__draw(s, &o->random, o->x + lensopt__points(s, i));
+    lensopt__island_evaluate(s, o, o->x, s->population, o->f);
     if (s->d.method == LENSOPT_JDE) {
         for (i = 0; i < s->population; i++) {
             o->extra[i] = s->d.weight_low + 0.5 * s->d.weight_up;
@@ -1706,6 +1709,7 @@ static void lensopt__retire(const lensopt__setup *s, lensopt__island *o)
 {
     int32_t best = lensopt__best(o->f, s->population), k;
     const double *x = o->x + lensopt__points(s, best);
+    if (!(o->f[best] < HUGE_VAL)) return;
     for (k = 0; k < o->archived && !lensopt__twins(s, x, o->archive_x + lensopt__points(s, k)); k++) {}
     if (k == o->archived && k == LENSOPT_ARCHIVE) k = lensopt__worst(o->archive_f, LENSOPT_ARCHIVE);
     if (k < o->archived && !(o->f[best] < o->archive_f[k])) return;
@@ -1773,7 +1777,7 @@ static void lensopt__de(const lensopt__setup *s, lensopt__island *o, lensopt__ro
         }
         lensopt__trial(s, o, i, best, adaptive ? new_weight[i] : s->d.weight, adaptive ? new_crossover[i] : s->d.crossover, room->x + lensopt__points(s, i));
     }
-    lensopt__evaluate(s, o, room->x, s->population, room->f);
+    lensopt__island_evaluate(s, o, room->x, s->population, room->f);
     for (i = 0; i < s->population; i++) {
         if (!(room->f[i] <= o->f[i])) continue;
         lensopt__copy(s, o->x + lensopt__points(s, i), room->x + lensopt__points(s, i));
@@ -1786,13 +1790,13 @@ static void lensopt__de(const lensopt__setup *s, lensopt__island *o, lensopt__ro
 
 /* -- particle swarm -- */
 
-/* The best of a particle's neighbours on the ring, itself among them. */
+/* The best of a particle's neighbours on the ring. It is not one itself, as in pagmo: who leads would fly nowhere but to where it is. */
 static int32_t lensopt__leader(const lensopt__setup *s, const lensopt__island *o, int32_t i)
 {
-    int32_t best = i, k, reach = s->d.neighbours / 2, count = s->population;
+    int32_t best = -1, k, reach = s->d.neighbours / 2, count = s->population;
     for (k = i - reach; k <= i + reach; k++) {
         int32_t at = k < 0 ? k + count : k >= count ? k - count : k;
-        if (o->f[at] < o->f[best]) best = at;
+        if (k != i && (best < 0 || o->f[at] < o->f[best])) best = at;
     }
     return best;
 }
@@ -1820,20 +1824,26 @@ static void lensopt__fly(const lensopt__setup *s, lensopt__island *o, const doub
     o->random = random;
 }
 
+/* A generation, eight particles at a time: the next ones know what these have found, as far as batches that suit a vectorised function allow. */
 static void lensopt__pso(const lensopt__setup *s, lensopt__island *o, lensopt__room *room)
 {
+    enum { BATCH = 8 };
     double *at = o->extra, *speed = o->extra + lensopt__points(s, s->population);
-    int32_t i, best = lensopt__best(o->f, s->population);
-    for (i = 0; i < s->population; i++) {
-        int32_t leader = s->d.neighbours < 0 ? best : lensopt__leader(s, o, i);
-        size_t p = lensopt__points(s, i);
-        lensopt__fly(s, o, o->x + p, o->x + lensopt__points(s, leader), at + p, speed + p);
-    }
-    lensopt__evaluate(s, o, at, s->population, room->f);
-    for (i = 0; i < s->population; i++) {
-        if (!(room->f[i] <= o->f[i])) continue;
-        o->f[i] = room->f[i];
-        lensopt__copy(s, o->x + lensopt__points(s, i), at + lensopt__points(s, i));
+    int32_t begin, i, count;
+    for (begin = 0; begin < s->population; begin += count) {
+        int32_t best = lensopt__best(o->f, s->population);
+        count = s->population - begin < BATCH ? s->population - begin : BATCH;
+        for (i = begin; i < begin + count; i++) {
+            int32_t leader = s->d.neighbours < 0 ? best : lensopt__leader(s, o, i);
+            size_t p = lensopt__points(s, i);
+            lensopt__fly(s, o, o->x + p, o->x + lensopt__points(s, leader), at + p, speed + p);
+        }
+        lensopt__island_evaluate(s, o, at + lensopt__points(s, begin), count, room->f + begin);
+        for (i = begin; i < begin + count; i++) {
+            if (!(room->f[i] <= o->f[i])) continue;
+            o->f[i] = room->f[i];
+            lensopt__copy(s, o->x + lensopt__points(s, i), at + lensopt__points(s, i));
+        }
     }
 }
 
@@ -1873,7 +1883,7 @@ static void lensopt__take_block(const lensopt__setup *s, int32_t block, const do
 static void lensopt__resample(const lensopt__setup *s, lensopt__island *o, double *fresh, double *child)
 {
     int32_t count = 1 + lensopt__below(&o->random, 3);
-    lensopt__sample(s, &o->random, fresh);
+    lensopt__draw(s, &o->random, fresh);
     for (; count > 0; count--) lensopt__take_block(s, lensopt__below(&o->random, s->block_count), fresh, child);
 }
 
@@ -1908,7 +1918,7 @@ static void lensopt__differ(const lensopt__setup *s, lensopt__island *o, int32_t
 }
 
 /* What polishing gives is checked, since a point out of bounds, or a value that is none, would stay for good. */
-static void lensopt__polish(const lensopt__setup *s, lensopt__island *o, double *child, double *f, double *polished)
+static void lensopt__polish_child(const lensopt__setup *s, lensopt__island *o, double *child, double *f, double *polished)
 {
     double value = *f;
     int32_t cost, j;
@@ -1946,8 +1956,8 @@ static void lensopt__memetic(const lensopt__setup *s, lensopt__island *o, lensop
     else if (dice < 0.4) lensopt__resample(s, o, other, child);
     else if (dice < 0.65) lensopt__cross(s, o, parent, child);
     else lensopt__differ(s, o, parent, child);
-    lensopt__evaluate(s, o, child, 1, &f);
-    lensopt__polish(s, o, child, &f, other);
+    lensopt__island_evaluate(s, o, child, 1, &f);
+    lensopt__polish_child(s, o, child, &f, other);
     rival = lensopt__rival(s, o, child, f, parent);
     if (!(f <= o->f[rival])) return;
     lensopt__copy(s, o->x + lensopt__points(s, rival), child);
@@ -1988,13 +1998,17 @@ static double lensopt__advance(const lensopt__setup *s, lensopt__island *o, lens
 
 /* -- threads and time -- */
 
+#if !defined(LENSOPT_NO_THREADS) && (defined(_WIN32) || defined(__unix__) || defined(__APPLE__))
+#define LENSOPT__THREADS
+#endif
+
 /* <windows.h> takes names such as near and far from whoever includes this: what is used of it is declared here as it is there. */
 #ifdef _WIN32
 #ifdef __cplusplus
 extern "C" {
 #endif
 __declspec(dllimport) uint64_t __stdcall GetTickCount64(void);
-#ifndef LENSOPT_NO_THREADS
+#ifdef LENSOPT__THREADS
 struct _RTL_SRWLOCK;
 struct _RTL_CONDITION_VARIABLE;
 __declspec(dllimport) void __stdcall AcquireSRWLockExclusive(struct _RTL_SRWLOCK *lock);
@@ -2008,14 +2022,14 @@ __declspec(dllimport) int __stdcall CloseHandle(void *handle);
 #ifdef __cplusplus
 }
 #endif
-#ifndef LENSOPT_NO_THREADS
+#ifdef LENSOPT__THREADS
 #include <process.h>
 #endif
 #else
 #include <time.h>
 #if defined(__unix__) || defined(__APPLE__)
 #include <sys/time.h>
-#ifndef LENSOPT_NO_THREADS
+#ifdef LENSOPT__THREADS
 #include <pthread.h>
 #include <unistd.h>
 #endif
@@ -2043,7 +2057,7 @@ static double lensopt__now(void)
 
 /* A lock, and a condition that all wait for who have nothing to do. */
 typedef struct lensopt__gate {
-#if defined(LENSOPT_NO_THREADS)
+#if !defined(LENSOPT__THREADS)
     int unused;
 #elif defined(_WIN32)
     void *lock, *changed; /* as large as SRWLOCK and CONDITION_VARIABLE are, and all zeroes to begin with, as they are */
@@ -2053,7 +2067,7 @@ typedef struct lensopt__gate {
 #endif
 } lensopt__gate;
 
-#if defined(LENSOPT_NO_THREADS)
+#if !defined(LENSOPT__THREADS)
 typedef int lensopt__thread;
 static int lensopt__gate_open(lensopt__gate *g) { return g->unused == 0; }
 static void lensopt__gate_close(lensopt__gate *g) { (void)g; }
@@ -2132,7 +2146,7 @@ struct lensopt_search {
     lensopt_end end;
     lensopt_limits limits;
     int64_t rounds, evaluations, begun; /* begun: evaluations before this run */
-    int32_t restarts;
+    int64_t restarts;
     double best, *best_x;
     double raw, elapsed, told;  /* the clock as last read; seconds of this run; when the callback was last called */
     lensopt_progress_callback progress;
@@ -2254,7 +2268,7 @@ static const char *lensopt__bad_numbers(const lensopt_search_desc *d)
 static void lensopt__default(int32_t *v, int32_t value) { if (*v == 0) *v = value; }
 static void lensopt__default_number(double *v, double value) { if (*v == 0) *v = value; }
 
-static void lensopt__defaults(lensopt_search_desc *d)
+static void lensopt__search_defaults(lensopt_search_desc *d)
 {
     int memetic = d->method == LENSOPT_MEMETIC;
     lensopt__default(&d->islands, memetic ? 8 : 15);
@@ -2349,7 +2363,7 @@ static lflare_result lensopt__fill(lensopt_search *o, const lensopt_search_desc 
     lensopt__make_blocks(s, desc->function.blocks);
     for (i = 0; i < s->d.start_count; i++) {
         lensopt__copy(s, s->starts + lensopt__points(s, i), desc->starts + lensopt__points(s, i));
-        if (!lensopt__bound(s, s->starts + lensopt__points(s, i))) return lensopt__fail(error, LFLARE_ERROR_ARGUMENT, "start %i: finite numbers were expected", i + 1);
+        if (!lensopt__into_bounds(s, s->starts + lensopt__points(s, i))) return lensopt__fail(error, LFLARE_ERROR_ARGUMENT, "start %i: finite numbers were expected", i + 1);
     }
     s->d.starts = NULL; /* the caller's arrays may go */
     s->d.function.lower = s->d.function.upper = NULL;
@@ -2373,7 +2387,7 @@ LENSOPT_API lflare_result lensopt_search_create(const lensopt_search_desc *desc,
     wrong = lensopt__bad_function(&desc->function, error);
     memset(&head, 0, sizeof head);
     head.setup.d = *desc;
-    lensopt__defaults(&head.setup.d);
+    lensopt__search_defaults(&head.setup.d);
     if (wrong == NULL) wrong = lensopt__bad_numbers(&head.setup.d);
     if (wrong != NULL) return *wrong != 0 ? lensopt__fail(error, LFLARE_ERROR_ARGUMENT, "%s", wrong) : LFLARE_ERROR_ARGUMENT;
     head.setup.n = desc->function.variables;
@@ -2381,7 +2395,7 @@ LENSOPT_API lflare_result lensopt_search_create(const lensopt_search_desc *desc,
     head.islands = head.setup.d.islands;
     head.threads = head.setup.d.threads < head.islands ? head.setup.d.threads : head.islands;
     if (head.threads > LENSOPT_MAX_THREADS) head.threads = LENSOPT_MAX_THREADS;
-#ifdef LENSOPT_NO_THREADS
+#ifndef LENSOPT__THREADS
     head.threads = 1;
 #endif
     head.round = head.setup.d.period * lensopt__generation(&head.setup);
@@ -2484,8 +2498,8 @@ static void lensopt__exchange(lensopt_search *o)
         if (!p->born) continue;
         best = lensopt__best(p->f, s->population);
         lensopt__copy(s, in, p->x + lensopt__points(s, best));
-        if (!s->d.exchange(o->user, i, p->x + lensopt__points(s, best), p->f[best], in) || !lensopt__bound(s, in)) continue;
-        lensopt__evaluate(s, p, in, 1, &f);
+        if (!s->d.exchange(o->user, i, p->x + lensopt__points(s, best), p->f[best], in) || !lensopt__into_bounds(s, in)) continue;
+        lensopt__island_evaluate(s, p, in, 1, &f);
         lensopt__receive(s, p, in, f);
     }
 }
@@ -2556,9 +2570,9 @@ static void lensopt__report(lensopt_search *o, lensopt_progress *out)
     out->remaining = o->limits.seconds > 0 ? o->limits.seconds - o->elapsed : -1;
     if (o->limits.evaluations > 0 && out->rate > 0) {
         left = (double)(o->limits.evaluations - o->evaluations) / out->rate;
-        if (out->remaining < 0 || left < out->remaining) out->remaining = left;
-        if (out->remaining < 0) out->remaining = 0;
+        if (!(o->limits.seconds > 0) || left < out->remaining) out->remaining = left;
     }
+    if (out->remaining < 0 && (o->limits.seconds > 0 || (o->limits.evaluations > 0 && out->rate > 0))) out->remaining = 0;
     out->restarts = o->restarts;
     out->end = o->end;
 }
@@ -2632,7 +2646,7 @@ static void lensopt__work(lensopt_search *o, lensopt__worker *w)
     }
 }
 
-#ifndef LENSOPT_NO_THREADS
+#ifdef LENSOPT__THREADS
 #ifdef _WIN32
 static unsigned __stdcall lensopt__help(void *worker)
 #else
@@ -2650,7 +2664,7 @@ static void *lensopt__help(void *worker)
 /* Where a function goes deep: some systems give threads that are not the first but half a megabyte. */
 static void lensopt__helpers_start(lensopt_search *o)
 {
-#ifndef LENSOPT_NO_THREADS
+#ifdef LENSOPT__THREADS
     const unsigned stack = 4u << 20;
     int32_t i;
 #ifndef _WIN32
@@ -2677,7 +2691,7 @@ static void lensopt__helpers_start(lensopt_search *o)
 
 static void lensopt__helpers_join(lensopt_search *o)
 {
-#ifndef LENSOPT_NO_THREADS
+#ifdef LENSOPT__THREADS
     int32_t i;
     for (i = 1; i < o->threads; i++) {
         if (!o->workers[i].started) continue;
@@ -2897,7 +2911,7 @@ LENSOPT_API lflare_result lensopt_search_points(lensopt_search *o, double *x, do
     int32_t i, k, all, found = 0;
     if (o == NULL || count == NULL || *count < 0 || (x == NULL && *count > 0) || !lensopt__take(o)) return LFLARE_ERROR_ARGUMENT;
     all = lensopt__rank_all(o);
-    for (i = 0; i < all && found < *count; i++) {
+    for (i = 0; i < all && found < *count && o->ranks[i].f < HUGE_VAL; i++) {
         const double *point = lensopt__ranked(o, &o->ranks[i]);
         for (k = i - 1; k >= 0 && o->ranks[k].f == o->ranks[i].f && memcmp(point, lensopt__ranked(o, &o->ranks[k]), sizeof *point * (size_t)o->setup.n) != 0; k--) {}
         if (k >= 0 && o->ranks[k].f == o->ranks[i].f) continue; /* a copy: copies have the same value */
@@ -2981,8 +2995,8 @@ static void lensopt__store_island(lensopt__store *t, const lensopt__setup *s, le
     lensopt__store_count(t, &o->used, 0, evaluations);
     lensopt__store_count(t, &o->life, 0, many);
     lensopt__store_count32(t, &o->units, round);
-    lensopt__store_count32(t, &o->restarts, INT32_MAX / LENSOPT_MAX_ISLANDS);
-    lensopt__store_count32(t, &o->stale, INT32_MAX);
+    lensopt__store_count(t, &o->restarts, 0, many);
+    lensopt__store_count(t, &o->stale, 0, many);
     archived = lensopt__store_count32(t, &o->archived, LENSOPT_ARCHIVE);
     if (!lensopt__store_count32(t, &o->born, 1)) low = f_low = NULL; /* what is there is never read */
     lensopt__store_doubles(t, &o->mark, 1, f_low, &most, 1);

@@ -1,7 +1,9 @@
 /* What lensopt.h's search needs, against pagmo 2: median evaluations to a value, median best value where that is not reached, evaluations a
    second, side by side as ratios. `bench_opt PART` runs one part, `bench_opt` all; SEEDS=n in the environment: of how many runs medians are taken.
 
-       functions   each algorithm with the same parameters, population and evaluations, on functions that papers take */
+       functions [memetic | de | jde | pso]
+                   each algorithm with the same parameters, population and evaluations, on functions that papers take; the memetic one, without
+                   anything that polishes, against pagmo's jDE */
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -118,6 +120,7 @@ struct pagmo_problem {
     }
 };
 
+/* pagmo has nothing like the memetic one, which stands beside jDE. */
 static void run_pagmo(lensopt_method method, int population, unsigned seed, record *r)
 {
     unsigned generations = static_cast<unsigned>(r->cap / population);
@@ -125,7 +128,7 @@ static void run_pagmo(lensopt_method method, int population, unsigned seed, reco
     problem.r = r;
     try {
         pagmo::algorithm algorithm = method == LENSOPT_DE    ? pagmo::algorithm(pagmo::de(generations, 0.8, 0.9, 7u, 0, 0, seed))
-                                     : method == LENSOPT_JDE ? pagmo::algorithm(pagmo::sade(generations, 7u, 1u, 0, 0, false, seed))
+                                     : method != LENSOPT_PSO ? pagmo::algorithm(pagmo::sade(generations, 7u, 1u, 0, 0, false, seed))
                                                              : pagmo::algorithm(pagmo::pso(generations, 0.7298, 2.05, 2.05, 0.5, 5u, 2u, 4u, false, seed));
         pagmo::population members(pagmo::problem(problem), static_cast<size_t>(population), seed);
         algorithm.evolve(members);
@@ -190,30 +193,33 @@ static outcome many(bool ours, lensopt_method method, const test_function &f, in
     return o;
 }
 
-static void part_functions()
+static void part_functions(const char *only)
 {
-    static const lensopt_method methods[] = {LENSOPT_JDE, LENSOPT_DE, LENSOPT_PSO};
+    static const lensopt_method methods[] = {LENSOPT_JDE, LENSOPT_DE, LENSOPT_PSO, LENSOPT_MEMETIC};
     static const char *const names[] = {"memetic", "de", "jde", "pso"};
     double log_sum = 0;
     int counted = 0;
     std::printf("medians of %d seeds: evaluations to reach a value, or the best value where either side fails; ratio: ours over pagmo's, below 1 is better\n", seeds());
-    std::printf("%-4s %-10s %2s  %9s %9s  %5s %5s  %6s   %8s %8s\n", "", "", "n", "ours", "pagmo", "found", "", "ratio", "Mev/s", "pagmo");
-    for (lensopt_method method : methods)
+    std::printf("%-7s %-10s %2s  %9s %9s  %5s %5s  %6s   %8s %8s\n", "", "", "n", "ours", "pagmo", "found", "", "ratio", "Mev/s", "pagmo");
+    for (lensopt_method method : methods) {
+        if (only != nullptr && std::strcmp(only, names[method]) != 0) continue;
         for (int n = 10; n <= 30; n += 20)
             for (const test_function &f : functions) {
                 outcome ours = many(true, method, f, n), theirs = many(false, method, f, n);
                 bool both = 2 * ours.found > seeds() && 2 * theirs.found > seeds();
                 double a = median(both ? ours.reached : ours.best), b = median(both ? theirs.reached : theirs.best);
-                std::printf("%-4s %-10s %2d  %9.4g %9.4g  %2d/%-2d %2d/%-2d  %6.3f   %8.2f %8.2f%s\n", names[method], f.name, n, a, b, ours.found, seeds(), theirs.found, seeds(), a / b,
+                std::printf("%-7s %-10s %2d  %9.4g %9.4g  %2d/%-2d %2d/%-2d  %6.3f   %8.2f %8.2f%s\n", names[method], f.name, n, a, b, ours.found, seeds(), theirs.found, seeds(), a / b,
                             1e-6 * static_cast<double>(ours.evaluations) / ours.seconds, 1e-6 * static_cast<double>(theirs.evaluations) / theirs.seconds, both ? "" : "  (best value)");
                 if (both) log_sum += std::log(a / b), counted++;
+                std::fflush(stdout);
             }
+    }
     if (counted > 0) std::printf("geometric mean of the %d ratios of evaluations: %.3f\n", counted, std::exp(log_sum / counted));
 }
 
 /* ---- main ---- */
 
-static const struct { const char *name; void (*run)(); } parts[] = {{"functions", part_functions}};
+static const struct { const char *name; void (*run)(const char *only); } parts[] = {{"functions", part_functions}};
 
 int main(int argc, char **argv)
 {
@@ -221,7 +227,7 @@ int main(int argc, char **argv)
     for (const auto &part : parts) {
         if (argc > 1 && std::strcmp(argv[1], part.name) != 0) continue;
         std::printf("== %s\n", part.name);
-        part.run();
+        part.run(argc > 2 ? argv[2] : nullptr);
         any = true;
     }
     if (!any) std::printf("no such part: %s\n", argv[1]);

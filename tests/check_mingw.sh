@@ -15,6 +15,65 @@ skip() { n=$((n + 1)); echo "ok $n # SKIP $1"; }
 warn="-Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Wshadow -Wdouble-promotion -Wstrict-prototypes -Werror"
 printf '#define LENSFLARE_IMPLEMENTATION\n#include "lensflare.h"\n' >"$dir/impl.c"
 
+# lensopt.h takes no name from <windows.h>, and gets along with it; a search on 1 to 4 threads, whose bytes are the same there and here
+printf '#include <windows.h>\n#define LENSOPT_IMPLEMENTATION\n#include "lensopt.h"\n' >"$dir/windows_first.c"
+printf '#define LENSOPT_IMPLEMENTATION\n#include "lensopt.h"\nextern int near, far;\n' >"$dir/windows_not.c"
+printf '#define LENSOPT_IMPLEMENTATION\n#include "lensopt.h"\n#include <windows.h>\n' >"$dir/windows_last.c"
+cat >"$dir/search.c" <<'END'
+#include <stdio.h>
+#define LENSFLARE_IMPLEMENTATION
+#include "lensflare.h"
+#define LENSOPT_IMPLEMENTATION
+#include "lensopt.h"
+static void evaluate(void *user, const double *x, int32_t count, double *f)
+{
+    int32_t i, j;
+    (void)user;
+    for (i = 0; i < count; i++)
+        for (f[i] = 0, j = 0; j < 9; j++, x++) f[i] += (*x - 0.3) * (*x - 0.3) * (1 + j);
+}
+static int32_t told(void *user, const lensopt_progress *progress)
+{
+    (void)progress;
+    ++*(int32_t *)user;
+    return 0;
+}
+int main(void)
+{
+    static const double lower[9] = {-1, -1, -1, -1, -1, -1, -1, -1, -1}, upper[9] = {1, 1, 1, 1, 1, 1, 1, 1, 1};
+    static uint8_t bytes[4000000];
+    int32_t threads;
+    for (threads = 0; threads < 5; threads++) {
+        lensopt_search_desc desc;
+        lensopt_search *search;
+        lensopt_limits limits;
+        lensopt_progress progress;
+        size_t size = sizeof bytes, i;
+        uint32_t sum = 0;
+        int32_t calls = 0;
+        memset(&desc, 0, sizeof desc);
+        memset(&limits, 0, sizeof limits);
+        desc.function.variables = 9;
+        desc.function.lower = lower;
+        desc.function.upper = upper;
+        desc.function.evaluate = evaluate;
+        desc.method = LENSOPT_PSO;
+        desc.threads = threads;
+        limits.evaluations = 400000;
+        if (lensopt_search_create(&desc, &search, NULL) != LFLARE_OK || lensopt_search_run(search, &limits, NULL, NULL, NULL) != LFLARE_OK) return 1;
+        if (lensopt_search_save(search, bytes, &size) != LFLARE_OK) return 1;
+        for (i = 0; i < size; i++) sum = (sum ^ bytes[i]) * 16777619u;
+        limits.evaluations = 0;
+        limits.seconds = 0.3;
+        lensopt_search_run(search, &limits, told, &calls, NULL);
+        lensopt_search_status(search, &progress);
+        printf("%d threads: state %08lx, clock and callback %s\n", (int)threads, (unsigned long)sum, calls > 2 && progress.seconds >= 0.3 && progress.seconds < 5 ? "well" : "wrong");
+        lensopt_search_free(search);
+    }
+    return 0;
+}
+END
+
 for machine in x86_64 i686; do
     cc=$machine-w64-mingw32-gcc
     if ! command -v $cc >/dev/null; then
@@ -24,6 +83,11 @@ for machine in x86_64 i686; do
     fi
     $cc -std=c99 $warn -I. -O2 -c "$dir/impl.c" -o "$dir/impl.o" >"$dir/log" 2>&1
     result $? "$machine: the header alone"
+    for name in windows_first windows_not windows_last; do $cc -std=c99 $warn -I. -O2 -c "$dir/$name.c" -o "$dir/$name.o" || break; done >"$dir/log" 2>&1
+    [ -e "$dir/windows_last.o" ]
+    result $? "$machine: lensopt.h without <windows.h>, before and behind it"
+    $cc -std=c99 $warn -I. -O2 "$dir/search.c" -o "$dir/search-$machine.exe" -lm >"$dir/log" 2>&1
+    result $? "$machine: a search"
     for name in 00_null 02_own_renderer flare; do
         $cc -std=c99 $warn -I. -O2 "examples/$name.c" -o "$dir/$name-$machine.exe" -lm >"$dir/log" 2>&1
         result $? "$machine: examples/$name.c"
@@ -67,6 +131,9 @@ result $? "flare.exe runs: $(cat "$dir/version")"
 for name in 00_null 02_own_renderer flare; do
     make -s "build/$name" >"$dir/log" 2>&1 || cat "$dir/log" >&2
 done
+gcc -std=c99 -I. -O2 "$dir/search.c" -o "$dir/search" -lpthread -lm >"$dir/log" 2>&1 && "$dir/search" >"$dir/here"
+exe search >"$dir/there" && [ "$(grep -c well "$dir/there")" = 5 ] && diff "$dir/here" "$dir/there" >>"$dir/log"
+result $? "a search on threads comes to the same state as here"
 for lens in heliar-tronnier canon-28-80; do
     build/flare info lenses/$lens.lens --json >"$dir/here"
     exe flare info lenses/$lens.lens --json >"$dir/there" && diff "$dir/here" "$dir/there" >>"$dir/log"

@@ -479,8 +479,8 @@ static void ends_are_told(void **state)
             w = watched(search, &limits, 0, 0, 0, LFLARE_OK);
             assert_int_equal(lensopt_search_status(search, &progress), LFLARE_OK);
             assert_int_equal(progress.end, LENSOPT_ENDED_SECONDS);
-            assert_true(progress.seconds >= 0.12 && progress.seconds < 0.5 && progress.remaining <= 0);
-            assert_true(w.calls >= 3 && w.longest < 0.3);
+            assert_true(progress.seconds >= 0.12 && progress.seconds < 2 && progress.remaining == 0);
+            assert_true(w.calls >= 2 && w.longest < 1);
             limits.seconds = 0;
             watched(search, &limits, 0.02, 0, 1, LFLARE_INCOMPLETE);
             assert_int_equal(lensopt_search_status(search, &progress), LFLARE_OK);
