@@ -1829,9 +1829,8 @@ static void lensopt__pso(const lensopt__setup *s, lensopt__island *o, lensopt__r
 {
     enum { BATCH = 8 };
     double *at = o->extra, *speed = o->extra + lensopt__points(s, s->population);
-    int32_t begin, i, count;
+    int32_t begin, i, count, best = lensopt__best(o->f, s->population);
     for (begin = 0; begin < s->population; begin += count) {
-        int32_t best = lensopt__best(o->f, s->population);
         count = s->population - begin < BATCH ? s->population - begin : BATCH;
         for (i = begin; i < begin + count; i++) {
             int32_t leader = s->d.neighbours < 0 ? best : lensopt__leader(s, o, i);
@@ -1843,6 +1842,7 @@ static void lensopt__pso(const lensopt__setup *s, lensopt__island *o, lensopt__r
             if (!(room->f[i] <= o->f[i])) continue;
             o->f[i] = room->f[i];
             lensopt__copy(s, o->x + lensopt__points(s, i), at + lensopt__points(s, i));
+            if (o->f[i] < o->f[best]) best = i;
         }
     }
 }
