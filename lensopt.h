@@ -1,4 +1,4 @@
-/* lensopt.h - v0.1.0 - edits a lens for its flare, and writes down what a flare should look like
+/* lensopt.h - v0.1.0 - edits a lens for its flare, and finds one for the flare that is wanted
    Optional companion of lensflare.h, under the same two licences (MIT or the Unlicense, at the end of lensflare.h).
 
    Do this in *one* C or C++ file to create the implementation, and include it plainly everywhere else:
@@ -22,8 +22,12 @@
        >> 3 edit
        >> 4 colour
        >> 5 target
-       >> 9 algorithms
-       >> 10 search
+       >> 6 problem
+       >> 7 objective
+       >> 8 polish
+       >> 9 lenses
+       >> 10 algorithms
+       >> 11 search
 
    THE TARGET FORMAT
 
@@ -390,6 +394,77 @@ LENSOPT_API lflare_result lensopt_search_save(lensopt_search *search, void *byte
    on error nothing changes and *error (may be NULL) says why: LFLARE_ERROR_SYNTAX for what is no checkpoint, or a damaged one, and
    LFLARE_ERROR_ARGUMENT for one of another search. */
 LENSOPT_API lflare_result lensopt_search_load(lensopt_search *search, const void *bytes, size_t size, lflare_error *error);
+
+/* ---- problem: what a search may change, and what it is to come near to ---- */
+
+enum { LENSOPT_MAX_SEARCHED = 64 }; /* surfaces of a lens that is searched for, the stop not counted */
+
+typedef enum lensopt_objective {
+    LENSOPT_SEEN = 0, /* least-cost assignment of ghosts, differences in units of a spot's size, weighed by what of it is on the frame, all lights:
+                         its root is a mean relative difference */
+    LENSOPT_MATCHED,  /* the same in mm^2, all spots of weight > 0 alike at the first light: the thesis' sum without its jumps where two sizes change places */
+    LENSOPT_THESIS    /* Van Acoleyen 2025, algorithm 1: pairs by rank of size. A lens of too few ghosts costs 1e5 */
+} lensopt_objective;
+
+typedef struct lensopt_range {
+    double lo, hi; /* both 0: the default */
+} lensopt_range;
+
+/* All zeroes but the target is a valid start: from scratch, within the bounds of Van Acoleyen 2025, 5.2. A base's own numbers are always
+   within bounds. */
+typedef struct lensopt_problem_desc {
+    const lensopt_target *target;     /* copied; spots that no light or ghost gives a weight, and ghosts of no spot, ask for nothing */
+    const lflare_prescription *base;  /* copied; what locks speak of; NULL: from scratch, and no locks */
+    lensopt_objective objective;
+    int32_t surfaces;                 /* without the stop; 0: the base's, or as few as have so many ghosts (Van Acoleyen 2025, eq. 5.5) */
+    int32_t keep_order;               /* 1: which gaps are air stays as in the base */
+    double iris;                      /* radius on the stop plane of the base; 0: its full opening */
+    double pupil;                     /* clear radius of the entrance, mm; 0: 100, so that the iris shapes the ghosts */
+    lensopt_range glass_gap, air_gap; /* mm; 1 to 15, 0.1 to 100 */
+    lensopt_range index;              /* of glass, at 510 nm; 1.5 to 2 */
+    lensopt_range stop_radius;        /* mm; 0.1 to 20 */
+    double least_radius;              /* of curvature, mm; 0: 5 */
+    /* What makes a lens a lens: penalties for what lies outside, 0 inside; 0, 0: none. */
+    lensopt_range efl, back_focus, fnumber, length; /* mm; back_focus: the last gap; fnumber: with the iris; length: first surface to sensor */
+    double focus;                     /* the image of what is far lies this near to the sensor, mm; 0: anywhere */
+    double glass_edge, air_edge;      /* least gaps at the edge of what the direct light passes, mm; 0: any */
+    lflare_realloc allocate;          /* NULL = libc's; called from the threads of a search */
+    void *allocate_user;
+} lensopt_problem_desc;
+
+typedef struct lensopt_problem lensopt_problem;
+
+/* 0.5 MB. Of lenses the paraxial ones at 510 nm: each numbers' point within the bounds is one. LFLARE_ERROR_ARGUMENT names what is contradictory. */
+LENSOPT_API lflare_result lensopt_problem_create(const lensopt_problem_desc *desc, lensopt_problem **out, lflare_error *error);
+LENSOPT_API void lensopt_problem_free(lensopt_problem *problem); /* NULL is fine */
+
+/* As what lensopt_search_create minimises; it points into the problem. Variables: the stop's place (the surface behind which it stands,
+   from 0, and the fraction of that gap; the nearest air gap is taken) and radius, then of each surface curvature, index behind it (below the
+   least of glass: air) and gap, but for what is locked. One evaluation of THESIS costs 0.15 us at 13 ghosts and 1.3 us at 171 if many are asked for at once;
+   with others all ghosts are assigned, which takes as long as one or more steps of polishing. */
+LENSOPT_API void lensopt_problem_function(lensopt_problem *problem, lensopt_function *out);
+
+/* The point of a lens: variables(problem) numbers, clamped to the bounds. LFLARE_ERROR_LENS where it has another number of surfaces. */
+LENSOPT_API lflare_result lensopt_problem_point(const lensopt_problem *problem, const lflare_prescription *prescription, double iris, double *x, lflare_error *error);
+
+/* The lens of a point: what the base says of it stays where the search has not changed it. Semi-diameters are as wide as light of the
+   target's spots needs, as far as surfaces reach and do not cross; iris (may be NULL): the iris's radius that the spots are for. */
+LENSOPT_API lflare_result lensopt_problem_prescription(const lensopt_problem *problem, const double *x, lflare_prescription *out, double *iris, lflare_error *error);
+
+/* A spot of a point's lens. */
+typedef struct lensopt_shown {
+    lflare_pair pair;      /* in rows of its prescription */
+    int32_t ghost;         /* of the target, which it stands for; -1: it is one too many */
+    double centre, radius; /* mm; radius 0: hidden */
+    double cost;           /* its share of the objective */
+} lensopt_shown;
+
+/* What a point's lens shows at a light. *count: room on entry, number on return; LFLARE_INCOMPLETE and the number if there was too little. */
+LENSOPT_API lflare_result lensopt_problem_shows(const lensopt_problem *problem, const double *x, int32_t light, lensopt_shown *out, int32_t *count);
+
+/* Residuals whose squares add up to the objective of SEEN or MATCHED, but for goals without a ghost, at x, and how they change with the variables while the
+   assignment stays: jacobian[row * variables + variable]. Those of constraints are differences. *rows: room on entry, number on return; LFLARE_INCOMPLETE as above. */
+LENSOPT_API lflare_result lensopt_problem_residuals(const lensopt_problem *problem, const double *x, double *residuals, double *jacobian, int32_t *rows);
 
 #endif /* LENSOPT_H */
 
@@ -1532,7 +1607,1909 @@ LENSOPT_API lflare_result lensopt_target_write(const lensopt_target *t, char *te
     return w.size > w.room ? LFLARE_INCOMPLETE : LFLARE_OK;
 }
 
-/* >> 9 algorithms */
+static void *lensopt__libc_realloc(void *user, void *block, size_t old_size, size_t new_size)
+{
+    (void)user;
+    (void)old_size;
+    if (new_size == 0) {
+        free(block);
+        return NULL;
+    }
+    return realloc(block, new_size);
+}
+
+/* >> 6 problem */
+/* Numbers that a search changes, and the lens that they stand for. */
+
+typedef enum lensopt__kind { LENSOPT__PLACE, LENSOPT__IRIS, LENSOPT__CURVATURE, LENSOPT__GAP, LENSOPT__INDEX } lensopt__kind;
+
+typedef struct lensopt__variable {
+    lensopt__kind kind;
+    int32_t row;
+} lensopt__variable;
+
+/* A number's place among all that a lens has. */
+enum { LENSOPT__AT_C = 0, LENSOPT__AT_D = LENSOPT_MAX_SEARCHED, LENSOPT__AT_N = 2 * LENSOPT_MAX_SEARCHED, LENSOPT__AT_PLACE = 3 * LENSOPT_MAX_SEARCHED, LENSOPT__AT_IRIS, LENSOPT__NUMBERS };
+
+static int32_t lensopt__number_at(const lensopt__variable *v)
+{
+    switch (v->kind) {
+    case LENSOPT__PLACE: return LENSOPT__AT_PLACE;
+    case LENSOPT__IRIS: return LENSOPT__AT_IRIS;
+    case LENSOPT__CURVATURE: return LENSOPT__AT_C + v->row;
+    case LENSOPT__GAP: return LENSOPT__AT_D + v->row;
+    default: return LENSOPT__AT_N + v->row;
+    }
+}
+
+/* A candidate as paraxial rays see it, the stop apart from the surfaces. */
+typedef struct lensopt__design {
+    int32_t surfaces, stop; /* the stop stands in the gap behind that surface; -1: in front of all */
+    double ahead, iris;     /* from that surface to the stop; from the stop to the first surface where it stands in front */
+    double c[LENSOPT_MAX_SEARCHED], d[LENSOPT_MAX_SEARCHED], n[LENSOPT_MAX_SEARCHED]; /* curvature; gap and index behind */
+} lensopt__design;
+
+/* Bounds of one surface's numbers; they hold the base's own. */
+typedef struct lensopt__limits {
+    lensopt_range glass_gap, air_gap, index;
+    int32_t may_air, may_glass; /* what the gap behind it may be */
+} lensopt__limits;
+
+struct lensopt_problem {
+    lensopt_problem_desc desc;       /* defaults filled in; desc.target and .base point to what follows */
+    lensopt_target target;
+    lflare_prescription base;
+    int32_t surfaces, has_base;
+    int32_t constrained;             /* some of what makes a lens a lens is asked for */
+    lensopt__design fixed;           /* what is no variable */
+    double base_opening;             /* the base's full one */
+    double fraction;                 /* of its gap in front of the stop, where its place is none */
+    lensopt__limits limits[LENSOPT_MAX_SEARCHED];
+    int32_t variables, place_of, iris_of, index_of[LENSOPT_MAX_SEARCHED]; /* -1: fixed */
+    int32_t number_at[LENSOPT_MAX_VARIABLES];
+    lensopt__variable variable[LENSOPT_MAX_VARIABLES];
+    double lower[LENSOPT_MAX_VARIABLES], upper[LENSOPT_MAX_VARIABLES];
+    int32_t blocks[LENSOPT_MAX_VARIABLES];
+    int32_t lights;                  /* that the objective looks at */
+    double slopes[LENSOPT_MAX_LIGHTS];
+    /* goals: of all ghosts that some light should show or hide */
+    int32_t goals;
+    int32_t ghost_of[LENSOPT_MAX_GHOSTS];
+    double weight[LENSOPT_MAX_LIGHTS][LENSOPT_MAX_GHOSTS]; /* of squared differences in mm^2 */
+    double surplus;                  /* MATCHED, THESIS: of a ghost too many, over its radius */
+    double unit, light_root[LENSOPT_MAX_LIGHTS], surplus_root; /* SEEN: 1 % of the frame's diagonal; of a ghost too many, over its radius and unit */
+    double missing[LENSOPT_MAX_GHOSTS]; /* of a goal without a ghost */
+    double sorted_centre[LENSOPT_MAX_GHOSTS], sorted_radius[LENSOPT_MAX_GHOSTS]; /* THESIS: by rank */
+};
+
+static int32_t lensopt__pairs_of(int32_t n) { return n * (n - 1) / 2; }
+
+static double lensopt__clamped(double v, double lo, double hi) { return v < lo ? lo : v > hi ? hi : v; }
+
+static int lensopt__is_air(const lensopt_problem *p, const double *x, int32_t row)
+{
+    int32_t v = p->index_of[row];
+    return v < 0 ? p->fixed.n[row] == 1 : p->limits[row].may_air && x[v] < p->limits[row].index.lo;
+}
+
+/* The gap of the stop: the air gap nearest to its place; the last gap is one. */
+static int32_t lensopt__stop_of(const lensopt_problem *p, const double *x)
+{
+    int32_t k, step;
+    if (p->place_of < 0) return p->fixed.stop;
+    k = (int32_t)floor(x[p->place_of]);
+    if (k < 0) return -1;
+    if (k >= p->surfaces) k = p->surfaces - 1;
+    for (step = 0; step < p->surfaces; step++) {
+        if (k - step >= 0 && lensopt__is_air(p, x, k - step)) return k - step;
+        if (k + step < p->surfaces && lensopt__is_air(p, x, k + step)) return k + step;
+    }
+    return p->surfaces - 1;
+}
+
+/* The lens that a point stands for: any numbers within the bounds are one. */
+static void lensopt__decode(const lensopt_problem *p, const double *x, lensopt__design *d)
+{
+    double place = 0;
+    int32_t i;
+    *d = p->fixed;
+    for (i = 0; i < p->variables; i++) {
+        int32_t row = p->variable[i].row;
+        switch (p->variable[i].kind) {
+        case LENSOPT__PLACE: place = x[i]; break;
+        case LENSOPT__IRIS: d->iris = x[i]; break;
+        case LENSOPT__CURVATURE: d->c[row] = x[i]; break;
+        case LENSOPT__GAP: d->d[row] = x[i]; break;
+        case LENSOPT__INDEX: d->n[row] = lensopt__is_air(p, x, row) ? 1 : x[i]; break;
+        }
+    }
+    for (i = 0; i < p->variables; i++) {
+        int32_t row = p->variable[i].row;
+        const lensopt_range *r = d->n[row] == 1 ? &p->limits[row].air_gap : &p->limits[row].glass_gap;
+        if (p->variable[i].kind == LENSOPT__GAP) d->d[row] = lensopt__clamped(d->d[row], r->lo, r->hi);
+    }
+    d->stop = lensopt__stop_of(p, x);
+    if (d->stop < 0) d->ahead = p->place_of < 0 ? p->fixed.ahead : -place * p->desc.air_gap.hi;
+    else d->ahead = (p->place_of < 0 ? p->fraction : lensopt__clamped(place - floor(place), 0, 1)) * d->d[d->stop];
+}
+
+/* -- from a lens -- */
+
+/* The row of a prescription that holds surface i, the stop not counted. */
+static int32_t lensopt__row(const lflare_prescription *p, int32_t i)
+{
+    int32_t row;
+    for (row = 0; row < p->surface_count; row++)
+        if (!p->surfaces[row].is_stop && i-- == 0) return row;
+    return -1;
+}
+
+/* Two rows' gaps around the stop are one here. */
+static void lensopt__design_of(const lflare_prescription *q, lensopt__design *d)
+{
+    int32_t row;
+    memset(d, 0, sizeof *d);
+    d->stop = -1;
+    for (row = 0; row < q->surface_count; row++) {
+        const lflare_surface *s = &q->surfaces[row];
+        int32_t i = d->surfaces;
+        if (s->is_stop) {
+            d->stop = i - 1;
+            d->ahead = i > 0 ? d->d[i - 1] : s->thickness;
+            d->iris = s->semi_diameter;
+            if (i > 0) d->d[i - 1] += s->thickness;
+            continue;
+        }
+        d->c[i] = (s->radius != 0 ? 1 / s->radius : 0) + 2 * s->aspheric[0];
+        d->d[i] = s->thickness;
+        d->n[i] = lflare_index(&s->medium, lensopt__nm[1]);
+        d->surfaces++;
+    }
+}
+
+/* Locks of surface i and, for its gap, of the stop that stands in it. */
+static int32_t lensopt__locks(const lensopt_problem *p, int32_t i)
+{
+    int32_t row;
+    if (!p->has_base) return 0;
+    row = lensopt__row(&p->base, i);
+    return p->target.locks[row] | (row + 1 < p->base.surface_count && p->base.surfaces[row + 1].is_stop ? p->target.locks[row + 1] & LENSOPT_LOCK_GAP : 0);
+}
+
+static void lensopt__hold(lensopt_range *r, double v)
+{
+    if (v < r->lo) r->lo = v;
+    if (v > r->hi) r->hi = v;
+}
+
+static void lensopt__add_variable(lensopt_problem *p, lensopt__kind kind, int32_t row, double lower, double upper)
+{
+    int32_t i = p->variables++;
+    if (kind == LENSOPT__PLACE) p->place_of = i;
+    if (kind == LENSOPT__IRIS) p->iris_of = i;
+    if (kind == LENSOPT__INDEX) p->index_of[row] = i;
+    p->variable[i].kind = kind;
+    p->variable[i].row = row;
+    p->lower[i] = lower;
+    p->upper[i] = upper;
+    p->blocks[i] = row + 1;
+    p->number_at[i] = lensopt__number_at(&p->variable[i]);
+}
+
+static void lensopt__surface_variables(lensopt_problem *p, int32_t i)
+{
+    lensopt__limits *l = &p->limits[i];
+    int32_t locks = lensopt__locks(p, i), last = i + 1 == p->surfaces, air = p->has_base && p->fixed.n[i] == 1;
+    double c = 1 / p->desc.least_radius;
+    l->glass_gap = p->desc.glass_gap;
+    l->air_gap = p->desc.air_gap;
+    l->index = p->desc.index;
+    l->may_air = last || !p->has_base || air || !p->desc.keep_order;
+    l->may_glass = !last && (!p->has_base || !air || !p->desc.keep_order);
+    if (p->has_base) {
+        lensopt__hold(air ? &l->air_gap : &l->glass_gap, p->fixed.d[i]);
+        if (!air) lensopt__hold(&l->index, p->fixed.n[i]);
+        if (fabs(p->fixed.c[i]) > c) c = fabs(p->fixed.c[i]);
+    }
+    if (!(locks & LENSOPT_LOCK_RADIUS)) lensopt__add_variable(p, LENSOPT__CURVATURE, i, -c, c);
+    if (locks & LENSOPT_LOCK_MEDIUM) {
+        l->may_air = air;
+        l->may_glass = !air;
+    } else if (l->may_glass) {
+        lensopt__add_variable(p, LENSOPT__INDEX, i, l->may_air ? 2 * l->index.lo - l->index.hi : l->index.lo, l->index.hi);
+    }
+    if (locks & LENSOPT_LOCK_GAP) return;
+    lensopt__add_variable(p, LENSOPT__GAP, i, l->may_air && (!l->may_glass || l->air_gap.lo < l->glass_gap.lo) ? l->air_gap.lo : l->glass_gap.lo,
+                          l->may_air && (!l->may_glass || l->air_gap.hi > l->glass_gap.hi) ? l->air_gap.hi : l->glass_gap.hi);
+}
+
+static void lensopt__variables(lensopt_problem *p)
+{
+    int32_t i, locks = p->has_base ? p->target.stop_locks : 0;
+    p->place_of = p->iris_of = -1;
+    for (i = 0; i < p->surfaces; i++) p->index_of[i] = -1;
+    p->fraction = p->fixed.stop >= 0 && p->fixed.d[p->fixed.stop] > 0 ? p->fixed.ahead / p->fixed.d[p->fixed.stop] : 0;
+    if (!(locks & LENSOPT_LOCK_STOP_PLACE)) lensopt__add_variable(p, LENSOPT__PLACE, -1, p->has_base && p->fixed.stop < 0 ? -1 : 0, p->surfaces * (1 - 1e-12));
+    if (p->has_base) lensopt__hold(&p->desc.stop_radius, p->fixed.iris);
+    if (!(locks & LENSOPT_LOCK_STOP_RADIUS)) lensopt__add_variable(p, LENSOPT__IRIS, -1, p->desc.stop_radius.lo, p->desc.stop_radius.hi);
+    for (i = 0; i < p->surfaces; i++) lensopt__surface_variables(p, i);
+}
+
+/* -- goals -- */
+
+/* How much of a disc lies on the frame, 0 to 1, by strips across the light's line. */
+static double lensopt__on_frame(const lensopt_problem *p, int32_t light, double centre, double radius)
+{
+    enum { STRIPS = 32 };
+    double x = tan(p->target.lights[light].direction[0] * (LENSOPT__PI / 180)), y = tan(p->target.lights[light].direction[1] * (LENSOPT__PI / 180));
+    double u = p->slopes[light], w = 0.5 * p->target.sensor_width, h = 0.5 * p->target.sensor_height, on = 0, all = 0;
+    int32_t i, k;
+    x = u > 0 ? x / u : 1;
+    y = u > 0 ? y / u : 0;
+    for (i = 0; i < STRIPS; i++)
+        for (k = 0; k < STRIPS; k++) {
+            double s = (2 * i + 1 - STRIPS) / (double)STRIPS, t = (2 * k + 1 - STRIPS) / (double)STRIPS;
+            if (s * s + t * t > 1) continue;
+            all++;
+            on += fabs(centre * x + radius * s) <= w && fabs(centre * y + radius * t) <= h;
+        }
+    return on / all;
+}
+
+/* Differences count in units of the spot, and spots by how much of them is on the frame; all weights of seen spots then add up to 1. */
+static void lensopt__weigh(lensopt_problem *p)
+{
+    double sum = 0, size = 0, lights = 0;
+    int32_t g, l;
+    p->unit = 0.01 * sqrt(p->target.sensor_width * p->target.sensor_width + p->target.sensor_height * p->target.sensor_height);
+    for (l = 0; l < p->target.light_count; l++) lights += p->target.lights[l].weight;
+    for (l = 0; l < p->target.light_count; l++)
+        for (g = 0; g < p->goals; g++) {
+            const lensopt_ghost *ghost = &p->target.ghosts[p->ghost_of[g]];
+            const lensopt_goal *goal = &ghost->goals[l];
+            double w = p->target.lights[l].weight * ghost->weight, s = goal->wish == LENSOPT_SPOT ? goal->radius + p->unit : p->unit;
+            if (goal->wish == LENSOPT_SPOT) w *= 0.02 + 0.98 * lensopt__on_frame(p, l, goal->centre, goal->radius);
+            if (goal->wish == LENSOPT_SPOT_ANY || w == 0) continue;
+            p->weight[l][g] = w / (s * s);
+            p->missing[g] += 4 * w;
+            sum += w;
+            size += w * s;
+        }
+    for (l = 0; l < p->target.light_count; l++) p->light_root[l] = sqrt(p->target.lights[l].weight / lights);
+    for (g = 0; g < p->goals; g++) p->missing[g] /= sum;
+    for (l = 0; l < p->target.light_count; l++)
+        for (g = 0; g < p->goals; g++) p->weight[l][g] /= sum;
+    p->surplus_root = size / sum / sqrt(p->goals);
+}
+
+/* The thesis knows one light, and spots alone; all that have a weight are alike. */
+static void lensopt__rank_goals(lensopt_problem *p)
+{
+    int32_t g, i;
+    for (g = 0; g < p->goals; g++) {
+        const lensopt_goal *goal = &p->target.ghosts[p->ghost_of[g]].goals[0];
+        for (i = g; i > 0 && p->sorted_radius[i - 1] > goal->radius; i--) {
+            p->sorted_radius[i] = p->sorted_radius[i - 1];
+            p->sorted_centre[i] = p->sorted_centre[i - 1];
+        }
+        p->sorted_radius[i] = goal->radius;
+        p->sorted_centre[i] = goal->centre;
+        p->weight[0][g] = 1.0 / p->goals;
+    }
+    p->surplus = 500.0 / p->goals;
+    for (g = 0; g < p->goals; g++) p->missing[g] = 1e5 / p->goals; /* all of them: the thesis' 1e5 */
+}
+
+static lflare_result lensopt__goals(lensopt_problem *p, lflare_error *error)
+{
+    const lensopt_target *t = &p->target;
+    int32_t g, l;
+    for (l = 0; l < t->light_count; l++) p->slopes[l] = lensopt_slope(&t->lights[l]);
+    for (g = 0; g < t->ghost_count; g++) {
+        int asked = 0;
+        for (l = 0; l < t->light_count; l++) {
+            lensopt_wish wish = t->ghosts[g].goals[l].wish;
+            if (t->ghosts[g].weight * t->lights[l].weight > 0) asked |= wish == LENSOPT_SPOT && (l == 0 || p->desc.objective == LENSOPT_SEEN);
+        }
+        if (asked) p->ghost_of[p->goals++] = g;
+    }
+    if (p->goals == 0)
+        return lensopt__fail(error, LFLARE_ERROR_ARGUMENT, "the target asks for no spot%s: at least one of a ghost and a light with weights above 0 was expected",
+                             p->desc.objective != LENSOPT_SEEN ? " at its first light, all that this objective knows" : "");
+    p->lights = p->desc.objective == LENSOPT_SEEN ? t->light_count : 1;
+    if (p->desc.objective == LENSOPT_SEEN) lensopt__weigh(p);
+    else lensopt__rank_goals(p);
+    return LFLARE_OK;
+}
+
+/* -- what makes a lens a lens -- */
+
+enum { LENSOPT__CONSTRAINTS = 5 + LENSOPT_MAX_SEARCHED };
+
+static int lensopt__constrained(const lensopt_problem_desc *d)
+{
+    return d->efl.hi > 0 || d->back_focus.hi > 0 || d->fnumber.hi > 0 || d->length.hi > 0 || d->focus > 0 || d->glass_edge > 0 || d->air_edge > 0;
+}
+
+/* How far v is out of a range, in tenths of its upper end. */
+static double lensopt__out_of(double v, lensopt_range r)
+{
+    return r.hi == 0 ? 0 : 10 * (v < r.lo ? v - r.lo : v > r.hi ? v - r.hi : 0) / r.hi;
+}
+
+/* The direct path: heights before each surface and behind the last gap, per entrance height [0] and slope [1], and the power. */
+typedef struct lensopt__direct {
+    double y[LENSOPT_MAX_SEARCHED + 1][2], power, a00, a01;
+} lensopt__direct;
+
+static void lensopt__direct_path(const lensopt__design *d, lensopt__direct *out)
+{
+    double y0 = 1, y1 = d->stop < 0 ? d->ahead : 0, w0 = 0, w1 = 1, before = 1;
+    int32_t s;
+    out->a00 = 1;
+    out->a01 = 0;
+    for (s = 0; s < d->surfaces; s++) {
+        double phi = (d->n[s] - before) * d->c[s];
+        out->y[s][0] = y0;
+        out->y[s][1] = y1;
+        w0 -= phi * y0;
+        w1 -= phi * y1;
+        if (s == d->stop) {
+            out->a00 = y0 + d->ahead * w0;
+            out->a01 = y1 + d->ahead * w1;
+        }
+        y0 += d->d[s] / d->n[s] * w0;
+        y1 += d->d[s] / d->n[s] * w1;
+        before = d->n[s];
+    }
+    out->y[s][0] = y0;
+    out->y[s][1] = y1;
+    out->power = -w0;
+}
+
+/* How high the direct light of all lights meets a surface through the iris. */
+static double lensopt__direct_reach(const lensopt_problem *p, const lensopt__design *d, const lensopt__direct *path, int32_t s)
+{
+    double most = 0;
+    int32_t l;
+    for (l = 0; l < p->target.light_count; l++) {
+        double chief = p->slopes[l] * (path->y[s][1] - path->y[s][0] * path->a01 / path->a00);
+        most = fmax(most, fabs(chief));
+    }
+    return most + fabs(path->y[s][0] / path->a00) * d->iris;
+}
+
+/* The sag of a sphere; where it does not reach, as if it went on along its rim. */
+static double lensopt__sag(double c, double y)
+{
+    double cy = c * y;
+    return fabs(cy) < 1 ? cy * y / (1 + sqrt(1 - cy * cy)) : (cy > 0 ? 1 : -1) * (2 * y - 1 / fabs(c));
+}
+
+static double lensopt__edge_of(const lensopt__design *d, int32_t s, double y) { return d->d[s] + (s + 1 < d->surfaces ? lensopt__sag(d->c[s + 1], y) : 0) - lensopt__sag(d->c[s], y); }
+
+/* out: LENSOPT__CONSTRAINTS residuals, 0 where a lens is as it should be; returns how many. */
+static int32_t lensopt__constraints(const lensopt_problem *p, const lensopt__design *d, double *out)
+{
+    const lensopt_problem_desc *desc = &p->desc;
+    lensopt__direct path;
+    double length = 0, y = 0;
+    int32_t s, count = 0;
+    lensopt__direct_path(d, &path);
+    for (s = 0; s < d->surfaces; s++) length += d->d[s];
+    /* by power, which has no pole */
+    if (desc->efl.hi > 0) {
+        double lo = 1 / desc->efl.hi, hi = desc->efl.lo > 0 ? 1 / desc->efl.lo : HUGE_VAL;
+        out[count++] = 10 * (path.power < lo ? path.power - lo : path.power > hi ? path.power - hi : 0) / lo;
+    }
+    if (desc->fnumber.hi > 0) {
+        double lo = 1 / desc->fnumber.hi, hi = desc->fnumber.lo > 0 ? 1 / desc->fnumber.lo : HUGE_VAL, v = 2 * d->iris * path.power / fmax(fabs(path.a00), 1e-9);
+        out[count++] = 10 * (v < lo ? v - lo : v > hi ? v - hi : 0) / lo;
+    }
+    if (desc->back_focus.hi > 0) out[count++] = lensopt__out_of(d->d[d->surfaces - 1], desc->back_focus);
+    if (desc->length.hi > 0) out[count++] = lensopt__out_of(length, desc->length);
+    if (desc->focus > 0) {
+        double off = path.y[d->surfaces][0] / (fabs(path.power) > 1e-6 ? path.power : 1e-6);
+        out[count++] = off > desc->focus ? off - desc->focus : off < -desc->focus ? off + desc->focus : 0;
+    }
+    for (s = 0; s < d->surfaces && (desc->glass_edge > 0 || desc->air_edge > 0); s++) {
+        double least = d->n[s] == 1 ? desc->air_edge : desc->glass_edge, next = s + 1 < d->surfaces ? lensopt__direct_reach(p, d, &path, s + 1) : 0, edge;
+        if (s == 0) y = lensopt__direct_reach(p, d, &path, 0);
+        edge = lensopt__edge_of(d, s, fmax(y, next));
+        out[count++] = least > 0 && edge < least ? edge - least : 0;
+        y = next;
+    }
+    return count;
+}
+
+static double lensopt__penalty(const lensopt_problem *p, const lensopt__design *d)
+{
+    double out[LENSOPT__CONSTRAINTS], sum = 0;
+    int32_t i, count;
+    if (!p->constrained) return 0;
+    count = lensopt__constraints(p, d, out);
+    for (i = 0; i < count; i++) sum += out[i] * out[i];
+    return sum;
+}
+
+
+/* >> 7 objective */
+/* Many candidates at a time: each number is an array over lanes. Optical lengths and angles are the reduced ones (gap / n, n * angle), so that
+   every matrix has determinant 1: refraction [1 0; -phi 1], a mirror [1 0; psi 1], a gap [1 tau; 0 1]. Mirrors met from the front have
+   psi = 2 n c, from behind -2 n c.
+
+   The first row of a ghost's matrix to the sensor is: what lies behind surface i (s), mirror i, back from i to j, mirror j, and the way there (P j).
+   For one i it grows with j by two multiply-adds; the mirror takes one, the way there four. */
+
+#if defined(__GNUC__) && defined(__FLT_EVAL_METHOD__) && __FLT_EVAL_METHOD__ == 0
+#define LENSOPT__INLINE static inline __attribute__((always_inline))
+#define LENSOPT__LANES 4
+typedef double lensopt__vec __attribute__((vector_size(32)));
+typedef int64_t lensopt__mask __attribute__((vector_size(32)));
+#define LENSOPT__BITS(v) ((lensopt__mask)(v))
+#define LENSOPT__VEC(m) ((lensopt__vec)(m))
+#define LENSOPT__WHERE(mask, a, b) LENSOPT__VEC((LENSOPT__BITS(mask) & LENSOPT__BITS(a)) | (~LENSOPT__BITS(mask) & LENSOPT__BITS(b)))
+#define LENSOPT__ABS(v) LENSOPT__VEC(LENSOPT__BITS(v) & INT64_MAX)
+#else
+#define LENSOPT__INLINE static
+#define LENSOPT__LANES 1
+typedef double lensopt__vec;
+typedef int lensopt__mask;
+#define LENSOPT__BITS(v) (v)
+#define LENSOPT__WHERE(mask, a, b) ((mask) ? (a) : (b))
+#define LENSOPT__ABS(v) fabs(v)
+#endif
+#define LENSOPT__LANE(v, l) (((double *)&(v))[l])
+
+/* The same arithmetic, and so the same results, in wider registers where the processor has them. */
+#if LENSOPT__LANES > 1 && defined(__x86_64__) && !defined(_WIN32) /* where stacks are not aligned for them */
+#define LENSOPT__WIDE __attribute__((target("avx2")))
+#define LENSOPT__KERNEL(name) (__builtin_cpu_supports("avx2") ? name##_wide : name##_plain)
+#else
+#define LENSOPT__KERNEL(name) name##_plain
+#endif
+
+#define LENSOPT__MOST_PAIRS 2016 /* of LENSOPT_MAX_SEARCHED surfaces */
+#define LENSOPT__COLUMNS 3041    /* and LENSOPT_MAX_GHOSTS and one */
+
+/* Candidates whose stop stands in the same gap. */
+typedef struct lensopt__batch {
+    int32_t surfaces, stop;
+    lensopt__vec iris, ahead;
+    lensopt__vec c[LENSOPT_MAX_SEARCHED], tau[LENSOPT_MAX_SEARCHED], n[LENSOPT_MAX_SEARCHED + 1]; /* n: in front of the surface */
+    lensopt__vec phi[LENSOPT_MAX_SEARCHED];
+    lensopt__vec p00[LENSOPT_MAX_SEARCHED + 1], p01[LENSOPT_MAX_SEARCHED + 1], p10[LENSOPT_MAX_SEARCHED + 1], p11[LENSOPT_MAX_SEARCHED + 1];
+    lensopt__vec s0[LENSOPT_MAX_SEARCHED], s1[LENSOPT_MAX_SEARCHED], z0[LENSOPT_MAX_SEARCHED], z1[LENSOPT_MAX_SEARCHED]; /* z: to the stop */
+    lensopt__vec a00, a01;  /* directly to the stop */
+    lensopt__vec m00, m01;  /* from the stop directly to the sensor */
+} lensopt__batch;
+
+/* What the spots of a batch follow from: first rows of the matrices to the sensor, to the stop, and from there to the sensor. a00 is 0 where
+   one of the surfaces parts nothing, so that there is no ghost. */
+typedef struct lensopt__rows {
+    int32_t pairs;
+    lensopt__vec m00[LENSOPT__MOST_PAIRS], m01[LENSOPT__MOST_PAIRS], a00[LENSOPT__MOST_PAIRS], s01[LENSOPT__MOST_PAIRS];
+} lensopt__rows;
+
+LENSOPT__INLINE void lensopt__prefixes(lensopt__batch *b)
+{
+    const lensopt__vec none = {0};
+    int32_t s;
+    b->p00[0] = b->p11[0] = b->a00 = none + 1;
+    b->p10[0] = b->a01 = none;
+    b->p01[0] = b->stop < 0 ? b->ahead : none;
+    for (s = 0; s < b->surfaces; s++) {
+        b->phi[s] = (b->n[s + 1] - b->n[s]) * b->c[s];
+        b->p10[s + 1] = b->p10[s] - b->phi[s] * b->p00[s];
+        b->p11[s + 1] = b->p11[s] - b->phi[s] * b->p01[s];
+        b->p00[s + 1] = b->p00[s] + b->tau[s] * b->p10[s + 1];
+        b->p01[s + 1] = b->p01[s] + b->tau[s] * b->p11[s + 1];
+    }
+    if (b->stop < 0) return;
+    b->a00 = b->p00[b->stop] + b->ahead * b->p10[b->stop + 1];
+    b->a01 = b->p01[b->stop] + b->ahead * b->p11[b->stop + 1];
+}
+
+LENSOPT__INLINE void lensopt__suffixes(lensopt__batch *b)
+{
+    const lensopt__vec none = {0};
+    lensopt__vec r0 = none + 1, r1 = none;
+    int32_t s;
+    for (s = b->surfaces - 1; s >= 0; s--) {
+        if (s == b->stop) {
+            b->m00 = r0;
+            b->m01 = r1 + (b->tau[s] - b->ahead) * r0;
+        }
+        b->s0[s] = r0;
+        b->s1[s] = r1 += b->tau[s] * r0;
+        r0 -= b->phi[s] * r1;
+    }
+    r0 = none + 1;
+    r1 = b->ahead;
+    for (s = b->stop; s >= 0; s--) {
+        b->z0[s] = r0;
+        b->z1[s] = r1;
+        if (s == 0) break;
+        r0 -= b->phi[s] * r1;
+        r1 += b->tau[s - 1] * r0;
+    }
+}
+
+/* Ghosts whose reflections lie from surface `from` to `to`, in front of the stop or behind it. */
+LENSOPT__INLINE void lensopt__rows_between(const lensopt__batch *b, int32_t from, int32_t to, const int front, lensopt__rows *out)
+{
+    int32_t i, j, g = out->pairs;
+    for (i = from; i < to; i++) {
+        const lensopt__vec none = {0};
+        lensopt__vec psi = -2 * b->n[i + 1] * b->c[i], y0 = none, y1 = none, a = b->a00;
+        lensopt__vec r0 = b->s0[i] + psi * b->s1[i], r1 = b->s1[i] + b->tau[i] * r0;
+        if (front) {
+            y0 = b->z0[i] + psi * b->z1[i];
+            y1 = b->z1[i] + b->tau[i] * y0;
+        }
+        for (j = i + 1; j <= to; j++, g++) {
+            lensopt__vec q;
+            psi = 2 * b->n[j] * b->c[j];
+            q = r0 + psi * r1;
+            out->m00[g] = q * b->p00[j] + r1 * b->p10[j];
+            out->m01[g] = q * b->p01[j] + r1 * b->p11[j];
+            if (front) {
+                a = (y0 + psi * y1) * b->p00[j] + y1 * b->p10[j];
+                out->s01[g] = b->m01;
+                y0 -= b->phi[j] * y1;
+                y1 += b->tau[j] * y0;
+            } else {
+                out->s01[g] = out->m01[g] * a - out->m00[g] * b->a01;
+            }
+            out->a00[g] = LENSOPT__WHERE(LENSOPT__BITS(b->n[i] != b->n[i + 1]) & LENSOPT__BITS(b->n[j] != b->n[j + 1]), a, none);
+            r0 -= b->phi[j] * r1;
+            r1 += b->tau[j] * r0;
+        }
+    }
+    out->pairs = g;
+}
+
+LENSOPT__INLINE void lensopt__all_rows(lensopt__batch *b, lensopt__rows *out)
+{
+    lensopt__prefixes(b);
+    lensopt__suffixes(b);
+    out->pairs = 0;
+    lensopt__rows_between(b, 0, b->stop, 1, out);
+    lensopt__rows_between(b, b->stop + 1, b->surfaces - 1, 0, out);
+}
+
+/* -- the thesis' objective -- */
+
+/* Radii over m00, centres over m01, at one light; returns how many are seen. The smaller of both images is what is seen, if they meet
+   (P 3; optimiser.md); what is hidden has a radius that sorts behind all. */
+LENSOPT__INLINE void lensopt__merge(const lensopt__batch *b, lensopt__rows *rows, double u, double pupil, lensopt__vec *count)
+{
+    const lensopt__vec none = {0}, one = none + 1, hidden = none + 1e300;
+    lensopt__vec seen = none;
+    int32_t g;
+    for (g = 0; g < rows->pairs; g++) {
+        lensopt__vec size = LENSOPT__ABS(rows->m00[g]), inverse = 1 / rows->a00[g], shrink = b->iris * LENSOPT__ABS(inverse);
+        lensopt__vec pupil_radius = pupil * size, iris_radius = shrink * size;
+        lensopt__vec pupil_centre = u * rows->m01[g], iris_centre = u * (rows->s01[g] * inverse), apart = pupil_centre - iris_centre;
+        lensopt__mask by_pupil = LENSOPT__BITS(shrink > pupil);
+        lensopt__mask meet = LENSOPT__BITS(LENSOPT__ABS(apart) <= pupil_radius + iris_radius) & LENSOPT__BITS(rows->a00[g] != none);
+        rows->m00[g] = LENSOPT__WHERE(meet, LENSOPT__WHERE(by_pupil, pupil_radius, iris_radius), hidden);
+        rows->m01[g] = LENSOPT__WHERE(by_pupil, pupil_centre, iris_centre);
+        seen += LENSOPT__WHERE(meet, one, none);
+    }
+    *count = seen;
+}
+
+LENSOPT__INLINE void lensopt__order_two(lensopt__rows *rows, int32_t low, int32_t high)
+{
+    lensopt__vec a = rows->m00[low], b = rows->m00[high], ca = rows->m01[low], cb = rows->m01[high];
+    lensopt__mask swap = LENSOPT__BITS(b < a);
+    rows->m00[low] = LENSOPT__WHERE(swap, b, a);
+    rows->m00[high] = LENSOPT__WHERE(swap, a, b);
+    rows->m01[low] = LENSOPT__WHERE(swap, cb, ca);
+    rows->m01[high] = LENSOPT__WHERE(swap, ca, cb);
+}
+
+/* All lanes at once by size: Batcher's merge exchange (Knuth, The Art of Computer Programming 3, 5.2.2, algorithm M). */
+LENSOPT__INLINE void lensopt__sort(lensopt__rows *rows)
+{
+    int32_t n = rows->pairs, top = 1, p, q, r, d, i;
+    while (2 * top < n) top *= 2;
+    for (p = top; p > 0; p /= 2)
+        for (q = top, r = 0, d = p;; d = q - p, q /= 2, r = p) {
+            for (i = 0; i + d < n; i++)
+                if ((i & p) == r) lensopt__order_two(rows, i, i + d);
+            if (q == p) break;
+        }
+}
+
+LENSOPT__INLINE void lensopt__thesis_batch(const lensopt_problem *p, lensopt__batch *b, lensopt__rows *rows, lensopt__vec *f)
+{
+    const lensopt__vec none = {0}, few = none + 1e5;
+    lensopt__vec count, sum = none;
+    int32_t g;
+    lensopt__all_rows(b, rows);
+    lensopt__merge(b, rows, p->slopes[0], p->desc.pupil, &count);
+    lensopt__sort(rows);
+    for (g = 0; g < p->goals; g++) {
+        lensopt__vec dr = rows->m00[g] - p->sorted_radius[g], dc = rows->m01[g] - p->sorted_centre[g];
+        sum += dr * dr + dc * dc;
+    }
+    sum /= p->goals;
+    for (; g < rows->pairs; g++) sum += p->surplus / rows->m00[g];
+    *f = LENSOPT__WHERE(count < p->goals, few, sum);
+}
+
+static void lensopt__rows_plain(lensopt__batch *b, lensopt__rows *rows) { lensopt__all_rows(b, rows); }
+static void lensopt__thesis_plain(const lensopt_problem *p, lensopt__batch *b, lensopt__rows *rows, lensopt__vec *f) { lensopt__thesis_batch(p, b, rows, f); }
+#if defined(LENSOPT__WIDE)
+LENSOPT__WIDE static void lensopt__rows_wide(lensopt__batch *b, lensopt__rows *rows) { lensopt__all_rows(b, rows); }
+LENSOPT__WIDE static void lensopt__thesis_wide(const lensopt_problem *p, lensopt__batch *b, lensopt__rows *rows, lensopt__vec *f)
+{
+    lensopt__thesis_batch(p, b, rows, f);
+}
+#endif
+
+static void lensopt__lane(lensopt__batch *b, int l, const lensopt__design *d)
+{
+    int32_t s;
+    b->surfaces = d->surfaces;
+    b->stop = d->stop;
+    LENSOPT__LANE(b->iris, l) = d->iris;
+    LENSOPT__LANE(b->ahead, l) = d->ahead;
+    LENSOPT__LANE(b->n[0], l) = 1;
+    for (s = 0; s < d->surfaces; s++) {
+        LENSOPT__LANE(b->c[s], l) = d->c[s];
+        LENSOPT__LANE(b->tau[s], l) = d->d[s] / d->n[s];
+        LENSOPT__LANE(b->n[s + 1], l) = d->n[s];
+    }
+}
+
+/* Candidates of a chunk in the order of their stop's gap, so that lanes share it. */
+static void lensopt__by_stop(const int32_t *stops, int32_t count, int32_t *order)
+{
+    int32_t start[LENSOPT_MAX_SEARCHED + 2] = {0}, i;
+    for (i = 0; i < count; i++) start[stops[i] + 2]++;
+    for (i = 1; i < LENSOPT_MAX_SEARCHED + 2; i++) start[i] += start[i - 1];
+    for (i = 0; i < count; i++) order[start[stops[i] + 1]++] = i;
+}
+
+static int32_t lensopt__pairs_at(int32_t surfaces, int32_t stop) { return lensopt__pairs_of(stop + 1) + lensopt__pairs_of(surfaces - 1 - stop); }
+
+static void lensopt__thesis(const lensopt_problem *p, const double *x, int32_t count, double *f)
+{
+    enum { CHUNK = 256 };
+    void (*const kernel)(const lensopt_problem *, lensopt__batch *, lensopt__rows *, lensopt__vec *) = LENSOPT__KERNEL(lensopt__thesis);
+    int32_t stops[CHUNK], order[CHUNK], i, some, at;
+    lensopt__batch b;
+    lensopt__rows rows;
+    lensopt__design d;
+    for (; count > 0; count -= some, x += some * p->variables, f += some) {
+        some = count < CHUNK ? count : CHUNK;
+        for (i = 0; i < some; i++) stops[i] = lensopt__stop_of(p, x + i * p->variables);
+        lensopt__by_stop(stops, some, order);
+        for (at = 0; at < some;) {
+            int32_t stop = stops[order[at]], filled = 0;
+            lensopt__vec out;
+            for (i = 0; i < LENSOPT__LANES; i++) {
+                int32_t take = at + i < some && stops[order[at + i]] == stop;
+                if (take) lensopt__decode(p, x + order[at + i] * p->variables, &d);
+                lensopt__lane(&b, i, &d);
+                filled += take;
+            }
+            if (lensopt__pairs_at(p->surfaces, stop) >= p->goals) kernel(p, &b, &rows, &out);
+            for (i = 0; i < filled; i++) f[order[at + i]] = lensopt__pairs_at(p->surfaces, stop) >= p->goals ? LENSOPT__LANE(out, i) : 1e5;
+            at += filled;
+        }
+    }
+}
+
+/* >> 8 polish */
+/* Downhill with exact slopes: each goal is given its ghost (least-cost assignment), then Levenberg-Marquardt steps for the sum of squares. */
+
+/* One candidate's tables, out of a batch. */
+typedef struct lensopt__trace {
+    int32_t surfaces, stop, variables;
+    double n[LENSOPT_MAX_SEARCHED + 1], c[LENSOPT_MAX_SEARCHED], d[LENSOPT_MAX_SEARCHED];
+    double tau[LENSOPT_MAX_SEARCHED], phi[LENSOPT_MAX_SEARCHED];
+    double p[LENSOPT_MAX_SEARCHED + 1][4];                          /* before each surface: 00 01 10 11 */
+    double s[LENSOPT_MAX_SEARCHED][2], z[LENSOPT_MAX_SEARCHED][2];  /* behind each: first rows to the sensor, to the stop */
+    double ahead, iris, fraction, place, a00, a01, m00, m01;  /* place: what ahead changes by with the variable */
+} lensopt__trace;
+
+/* How a first row's element changes with what its path meets. */
+typedef struct lensopt__slope {
+    double phi[LENSOPT_MAX_SEARCHED], tau[LENSOPT_MAX_SEARCHED], psi_i, psi_j;
+    double ahead; /* the stop moved within its gap */
+} lensopt__slope;
+
+static void lensopt__trace_of(const lensopt_problem *p, const lensopt__batch *b, int l, const lensopt__design *d, lensopt__trace *t)
+{
+    int32_t s;
+    t->place = d->stop >= 0 ? d->d[d->stop] : -p->desc.air_gap.hi;
+    t->surfaces = d->surfaces;
+    t->stop = d->stop;
+    t->ahead = d->ahead;
+    t->iris = d->iris;
+    t->fraction = d->stop >= 0 && d->d[d->stop] > 0 ? d->ahead / d->d[d->stop] : 0;
+    t->n[0] = 1;
+    for (s = 0; s < d->surfaces; s++) {
+        t->n[s + 1] = d->n[s];
+        t->c[s] = d->c[s];
+        t->d[s] = d->d[s];
+        t->tau[s] = LENSOPT__LANE(b->tau[s], l);
+        t->phi[s] = LENSOPT__LANE(b->phi[s], l);
+        t->p[s][0] = LENSOPT__LANE(b->p00[s], l);
+        t->p[s][1] = LENSOPT__LANE(b->p01[s], l);
+        t->p[s][2] = LENSOPT__LANE(b->p10[s], l);
+        t->p[s][3] = LENSOPT__LANE(b->p11[s], l);
+        t->s[s][0] = LENSOPT__LANE(b->s0[s], l);
+        t->s[s][1] = LENSOPT__LANE(b->s1[s], l);
+        t->z[s][0] = s <= d->stop ? LENSOPT__LANE(b->z0[s], l) : 0;
+        t->z[s][1] = s <= d->stop ? LENSOPT__LANE(b->z1[s], l) : 0;
+    }
+    t->a00 = LENSOPT__LANE(b->a00, l);
+    t->a01 = LENSOPT__LANE(b->a01, l);
+    t->m00 = LENSOPT__LANE(b->m00, l);
+    t->m01 = LENSOPT__LANE(b->m01, l);
+}
+
+/* From behind surface `from`, whose rays' matrix is x (00 01 10 11), on to the stop or the sensor. */
+static void lensopt__forward_slopes(const lensopt__trace *t, int32_t from, const double *x, int to_stop, lensopt__slope *col0, lensopt__slope *col1)
+{
+    const double (*rows)[2] = to_stop ? t->z : t->s;
+    double x00 = x[0], x01 = x[1], x10 = x[2], x11 = x[3];
+    int32_t k, last = to_stop ? t->stop : t->surfaces - 1;
+    for (k = from;; k++) {
+        double tau = to_stop && k == last ? t->ahead : t->tau[k], w;
+        if (to_stop && k == last) {
+            col0->ahead += rows[k][0] * x10;
+            col1->ahead += rows[k][0] * x11;
+        } else {
+            col0->tau[k] += rows[k][0] * x10;
+            col1->tau[k] += rows[k][0] * x11;
+        }
+        if (k == last) return;
+        x00 += tau * x10;
+        x01 += tau * x11;
+        w = rows[k + 1][1];
+        col0->phi[k + 1] -= w * x00;
+        col1->phi[k + 1] -= w * x01;
+        x10 -= t->phi[k + 1] * x00;
+        x11 -= t->phi[k + 1] * x01;
+    }
+}
+
+static void lensopt__clear_slopes(int32_t surfaces, lensopt__slope *col0, lensopt__slope *col1)
+{
+    memset(col0->phi, 0, sizeof(double) * (size_t)surfaces);
+    memset(col0->tau, 0, sizeof(double) * (size_t)surfaces);
+    memset(col1->phi, 0, sizeof(double) * (size_t)surfaces);
+    memset(col1->tau, 0, sizeof(double) * (size_t)surfaces);
+    col0->psi_i = col0->psi_j = col0->ahead = col1->psi_i = col1->psi_j = col1->ahead = 0;
+}
+
+/* Of the direct path, from the entrance or (past != 0) from the stop. */
+static void lensopt__direct_slopes(const lensopt__trace *t, int past, int to_stop, lensopt__slope *col0, lensopt__slope *col1)
+{
+    double x[4] = {1, 0, 0, 1}, rest;
+    int32_t first = past ? t->stop + 1 : 0;
+    const double (*rows)[2] = to_stop ? t->z : t->s;
+    lensopt__clear_slopes(t->surfaces, col0, col1);
+    if (to_stop && t->stop < 0) return;
+    if (past && t->stop >= 0) { /* the rest of the stop's gap */
+        rest = t->tau[t->stop] - t->ahead;
+        col1->tau[t->stop] = t->m00;
+        col1->ahead = -t->m00;
+        x[1] = rest;
+    } else if (t->stop < 0) {
+        col1->ahead = t->m00;
+        x[1] = t->ahead;
+    }
+    if (first == t->surfaces) return;
+    col0->phi[first] -= rows[first][1] * x[0];
+    col1->phi[first] -= rows[first][1] * x[1];
+    x[2] -= t->phi[first] * x[0];
+    x[3] -= t->phi[first] * x[1];
+    lensopt__forward_slopes(t, first, x, to_stop, col0, col1);
+}
+
+/* Of the ghost that surface j reflects first and i < j second. */
+static void lensopt__ghost_slopes(const lensopt__trace *t, int32_t i, int32_t j, int to_stop, lensopt__slope *col0, lensopt__slope *col1)
+{
+    const double (*rows)[2] = to_stop ? t->z : t->s;
+    double back_tau[LENSOPT_MAX_SEARCHED], back_phi[LENSOPT_MAX_SEARCHED]; /* what follows, in time, each crossing on the way back */
+    double psi_i = -2 * t->n[i + 1] * t->c[i], psi_j = 2 * t->n[j] * t->c[j], r0 = rows[i][0] + psi_i * rows[i][1], r1 = rows[i][1], x[4];
+    int32_t k;
+    lensopt__clear_slopes(t->surfaces, col0, col1);
+    for (k = i; k < j; k++) {
+        back_tau[k] = r0;
+        r1 += t->tau[k] * r0;
+        back_phi[k + 1] = r1;
+        if (k + 1 < j) r0 -= t->phi[k + 1] * r1;
+    }
+    memcpy(x, t->p[j], sizeof x);
+    col0->psi_j = r1 * x[0];
+    col1->psi_j = r1 * x[1];
+    r0 += psi_j * r1;
+    for (k = j - 1; k >= 0; k--) { /* on the way there */
+        const double *p = t->p[k];
+        double y10 = p[2] - t->phi[k] * p[0], y11 = p[3] - t->phi[k] * p[1];
+        col0->tau[k] = r0 * y10;
+        col1->tau[k] = r0 * y11;
+        r1 += t->tau[k] * r0;
+        col0->phi[k] = -r1 * p[0];
+        col1->phi[k] = -r1 * p[1];
+        r0 -= t->phi[k] * r1;
+    }
+    if (t->stop < 0) col1->ahead = r0;
+    x[2] += psi_j * x[0];
+    x[3] += psi_j * x[1];
+    for (k = j - 1; k >= i; k--) {
+        col0->tau[k] += back_tau[k] * x[2];
+        col1->tau[k] += back_tau[k] * x[3];
+        x[0] += t->tau[k] * x[2];
+        x[1] += t->tau[k] * x[3];
+        if (k == i) break;
+        col0->phi[k] -= back_phi[k] * x[0];
+        col1->phi[k] -= back_phi[k] * x[1];
+        x[2] -= t->phi[k] * x[0];
+        x[3] -= t->phi[k] * x[1];
+    }
+    col0->psi_i = rows[i][1] * x[0];
+    col1->psi_i = rows[i][1] * x[1];
+    x[2] += psi_i * x[0];
+    x[3] += psi_i * x[1];
+    lensopt__forward_slopes(t, i, x, to_stop, col0, col1);
+}
+
+/* From what a path meets to the lens's numbers; i < 0: the direct path. */
+static void lensopt__chain(const lensopt__trace *t, const lensopt__slope *s, int32_t i, int32_t j, double *out)
+{
+    int32_t k;
+    for (k = 0; k < t->surfaces; k++) {
+        double n = t->n[k + 1];
+        out[LENSOPT__AT_C + k] = (n - t->n[k]) * s->phi[k];
+        out[LENSOPT__AT_D + k] = s->tau[k] / n;
+        out[LENSOPT__AT_N + k] = t->c[k] * s->phi[k] - (k + 1 < t->surfaces ? t->c[k + 1] * s->phi[k + 1] : 0) - t->tau[k] / n * s->tau[k];
+    }
+    if (i >= 0) {
+        out[LENSOPT__AT_C + i] -= 2 * t->n[i + 1] * s->psi_i;
+        out[LENSOPT__AT_N + i] -= 2 * t->c[i] * s->psi_i;
+        out[LENSOPT__AT_C + j] += 2 * t->n[j] * s->psi_j;
+        out[LENSOPT__AT_N + j - 1] += 2 * t->c[j] * s->psi_j;
+    }
+    out[LENSOPT__AT_PLACE] = s->ahead * t->place;
+    if (t->stop >= 0) out[LENSOPT__AT_D + t->stop] += s->ahead * t->fraction;
+    out[LENSOPT__AT_IRIS] = 0;
+}
+
+/* -- spots and their slopes -- */
+
+/* A spot for one light, and its partial derivatives by m00, m01, a00, s01 and the iris's radius. */
+typedef struct lensopt__image {
+    double centre, radius, overlap; /* overlap: of the pupil's and the iris's images, negative where they do not meet */
+    double by_centre[5], by_radius[5], by_overlap[5];
+} lensopt__image;
+
+static void lensopt__image_of(double m00, double m01, double a00, double s01, double iris, double pupil, double u, lensopt__image *out)
+{
+    double size = fabs(m00), sign = m00 < 0 ? -1 : 1, inverse = 1 / a00;
+    double pupil_radius = pupil * size, iris_radius = iris * size * fabs(inverse), pupil_centre = u * m01, iris_centre = u * s01 * inverse, apart;
+    double pc[5] = {0}, pr[5] = {0}, ic[5] = {0}, ir[5] = {0};
+    int k, by_pupil = pupil_radius < iris_radius;
+    pc[1] = u;
+    pr[0] = pupil * sign;
+    ic[2] = -iris_centre * inverse;
+    ic[3] = u * inverse;
+    ir[0] = iris * fabs(inverse) * sign;
+    ir[2] = -iris_radius * inverse;
+    ir[4] = size * fabs(inverse);
+    out->centre = by_pupil ? pupil_centre : iris_centre;
+    out->radius = by_pupil ? pupil_radius : iris_radius;
+    out->overlap = pupil_radius + iris_radius - fabs(pupil_centre - iris_centre);
+    apart = pupil_centre < iris_centre ? -1 : 1;
+    for (k = 0; k < 5; k++) {
+        out->by_centre[k] = by_pupil ? pc[k] : ic[k];
+        out->by_radius[k] = by_pupil ? pr[k] : ir[k];
+        out->by_overlap[k] = pr[k] + ir[k] - apart * (pc[k] - ic[k]);
+    }
+}
+
+/* What a polish works on; one block of memory. */
+typedef struct lensopt__descent {
+    const lensopt_problem *p;
+    lensopt__batch batch;
+    lensopt__rows rows;
+    lensopt__design designs[LENSOPT__LANES];
+    lensopt__trace trace;
+    lensopt__slope slopes[2];
+    double numbers[LENSOPT__NUMBERS];
+    int32_t count, there[LENSOPT__MOST_PAIRS];      /* pairs that are ghosts */
+    int32_t mate[LENSOPT_MAX_GHOSTS];               /* of each goal: index into there, or -1 */
+    int32_t goal_of[LENSOPT__MOST_PAIRS];           /* of each that is there: goal, or -1 */
+    double sign[LENSOPT__MOST_PAIRS];               /* of those: which way round its image should be */
+    double spot[LENSOPT_MAX_LIGHTS][LENSOPT__MOST_PAIRS][3]; /* of those: centre, radius (negative where it is the wrong way round), overlap */
+    double x[LENSOPT__LANES][LENSOPT_MAX_VARIABLES], kept[LENSOPT_MAX_VARIABLES], lo[LENSOPT_MAX_VARIABLES], hi[LENSOPT_MAX_VARIABLES];
+    int32_t vectors;                                /* that hold one number a variable */
+    lensopt__vec gradient[(int)LENSOPT_MAX_VARIABLES / LENSOPT__LANES + 1], row[(int)LENSOPT_MAX_VARIABLES / LENSOPT__LANES + 1], step[LENSOPT_MAX_VARIABLES]; /* step: a lane each */
+    double m00[LENSOPT_MAX_VARIABLES], m01[LENSOPT_MAX_VARIABLES], a00[LENSOPT_MAX_VARIABLES], s01[LENSOPT_MAX_VARIABLES]; /* slopes of a ghost's */
+    double direct_a00[LENSOPT_MAX_VARIABLES], direct_a01[LENSOPT_MAX_VARIABLES], direct_m01[LENSOPT_MAX_VARIABLES];
+    double potential[LENSOPT_MAX_GHOSTS + 1], price[LENSOPT__COLUMNS], least[LENSOPT__COLUMNS];
+    int32_t taken[LENSOPT__COLUMNS], way[LENSOPT__COLUMNS], visited[LENSOPT__COLUMNS];
+    int32_t rows_made;
+    double *jacobian, *residuals;                   /* NULL, or where rows are written, too, by variables as they are */
+    int32_t held[LENSOPT_MAX_VARIABLES];
+    void *memory;
+    lensopt__vec *normal, *factor;                  /* behind this: a row of vectors a variable; a triangle of lanes */
+    double *constraint_slopes;                      /* a row each, behind those */
+} lensopt__descent;
+
+LENSOPT__INLINE void lensopt__load_lanes(lensopt__descent *w, int lanes)
+{
+    int l;
+    for (l = 0; l < LENSOPT__LANES; l++) {
+        const int from = l < lanes ? l : 0;
+        if (l == from) lensopt__decode(w->p, w->x[l], &w->designs[l]);
+        lensopt__lane(&w->batch, l, &w->designs[from]);
+    }
+}
+
+/* Which pairs are ghosts; the same for all lanes, since polishing changes no order. */
+static void lensopt__find_ghosts(lensopt__descent *w)
+{
+    int32_t g;
+    for (g = w->count = 0; g < w->rows.pairs; g++)
+        if (LENSOPT__LANE(w->rows.a00[g], 0) != 0) w->there[w->count++] = g;
+}
+
+/* Images are the right way round as they are. */
+static void lensopt__right_way(lensopt__descent *w)
+{
+    int32_t k;
+    for (k = 0; k < w->count; k++) w->sign[k] = LENSOPT__LANE(w->rows.m00[w->there[k]], 0) < 0 ? -1 : 1;
+}
+
+static void lensopt__spots_of_lane(lensopt__descent *w, int l)
+{
+    const lensopt_problem *p = w->p;
+    double iris = LENSOPT__LANE(w->batch.iris, l), pupil = p->desc.pupil;
+    int32_t k, light;
+    for (k = 0; k < w->count; k++) {
+        int32_t g = w->there[k];
+        double size = fabs(LENSOPT__LANE(w->rows.m00[g], l)), inverse = 1 / LENSOPT__LANE(w->rows.a00[g], l), shrink = iris * fabs(inverse);
+        double pupil_centre = LENSOPT__LANE(w->rows.m01[g], l), iris_centre = LENSOPT__LANE(w->rows.s01[g], l) * inverse;
+        for (light = 0; light < p->lights; light++) {
+            double *spot = w->spot[light][k], u = p->slopes[light];
+            spot[0] = u * (pupil < shrink ? pupil_centre : iris_centre);
+            spot[1] = (LENSOPT__LANE(w->rows.m00[g], l) < 0 ? -w->sign[k] : w->sign[k]) * size * (pupil < shrink ? pupil : shrink);
+            spot[2] = size * (pupil + shrink) - u * fabs(pupil_centre - iris_centre);
+        }
+    }
+}
+
+/* -- what a pairing costs -- */
+
+static double lensopt__cost(const lensopt__descent *w, int32_t goal, int32_t k)
+{
+    const lensopt_problem *p = w->p;
+    const lensopt_goal *goals = p->target.ghosts[p->ghost_of[goal]].goals;
+    int32_t l;
+    double sum = 0;
+    for (l = 0; l < p->lights; l++) {
+        const double *spot = w->spot[l][k];
+        double dc = spot[0] - goals[l].centre, dr = spot[1] - goals[l].radius, e = 0;
+        if (goals[l].wish == LENSOPT_SPOT) e = dc * dc + dr * dr + (spot[2] < 0 ? spot[2] * spot[2] : 0);
+        else if (goals[l].wish == LENSOPT_SPOT_HIDDEN) e = spot[2] > 0 ? spot[2] * spot[2] : 0;
+        sum += p->weight[l][goal] * e;
+    }
+    return sum;
+}
+
+/* The root of what a ghost too many costs at one light. */
+static double lensopt__too_many(const lensopt__descent *w, int32_t l, int32_t k)
+{
+    const lensopt_problem *p = w->p;
+    const double *spot = w->spot[l][k];
+    if (spot[2] < 0) return 0;
+    if (p->desc.objective != LENSOPT_SEEN) return sqrt(p->surplus / fabs(spot[1]));
+    return fabs(spot[0]) - fabs(spot[1]) > 50 * p->unit ? 0 : p->light_root[l] * p->surplus_root / (fabs(spot[1]) + p->unit);
+}
+
+static double lensopt__surplus(const lensopt__descent *w, int32_t k)
+{
+    int32_t l;
+    double sum = 0;
+    for (l = 0; l < w->p->lights; l++) sum += lensopt__too_many(w, l, k) * lensopt__too_many(w, l, k);
+    return sum;
+}
+
+static double lensopt__total(const lensopt__descent *w, int l)
+{
+    double sum = lensopt__penalty(w->p, &w->designs[l]);
+    int32_t g, k;
+    for (g = 0; g < w->p->goals; g++) sum += w->mate[g] >= 0 ? lensopt__cost(w, g, w->mate[g]) : w->p->missing[g];
+    for (k = 0; k < w->count; k++)
+        if (w->goal_of[k] < 0) sum += lensopt__surplus(w, k);
+    return sum;
+}
+
+/* -- assignment -- */
+
+/* Column 1 to count: a ghost, which is then not too many; behind them: none. */
+static double lensopt__column_cost(const lensopt__descent *w, int32_t goal, int32_t column)
+{
+    return column <= w->count ? lensopt__cost(w, goal, column - 1) - lensopt__surplus(w, column - 1) : w->p->missing[goal];
+}
+
+/* Shortest augmenting path for one more goal (Kuhn and Munkres with potentials). */
+static void lensopt__augment(lensopt__descent *w, int32_t goal)
+{
+    int32_t columns = w->count + w->p->goals, at = 0, j;
+    for (j = 0; j <= columns; j++) {
+        w->least[j] = HUGE_VAL;
+        w->visited[j] = 0;
+    }
+    w->taken[0] = goal;
+    do {
+        int32_t next = 0, row = w->taken[at];
+        double delta = HUGE_VAL;
+        w->visited[at] = 1;
+        for (j = 1; j <= columns; j++) {
+            double reduced;
+            if (w->visited[j]) continue;
+            reduced = lensopt__column_cost(w, row, j) - w->potential[row] - w->price[j];
+            if (reduced < w->least[j]) {
+                w->least[j] = reduced;
+                w->way[j] = at;
+            }
+            if (w->least[j] < delta || next == 0) {
+                delta = w->least[j];
+                next = j;
+            }
+        }
+        for (j = 0; j <= columns; j++) {
+            if (!w->visited[j]) w->least[j] -= delta;
+            else {
+                w->potential[w->taken[j]] += delta;
+                w->price[j] -= delta;
+            }
+        }
+        at = next;
+    } while (w->taken[at] >= 0);
+    for (; at != 0; at = w->way[at]) w->taken[at] = w->taken[w->way[at]];
+}
+
+static void lensopt__assign(lensopt__descent *w)
+{
+    int32_t columns = w->count + w->p->goals, g, j;
+    for (j = 0; j <= columns; j++) {
+        w->taken[j] = -1;
+        w->price[j] = 0;
+    }
+    for (g = 0; g < w->p->goals; g++) w->potential[g] = 0;
+    for (g = 0; g < w->p->goals; g++) lensopt__augment(w, g);
+    for (j = 1; j <= w->count; j++) w->goal_of[j - 1] = w->taken[j];
+    for (j = 1; j <= columns; j++)
+        if (w->taken[j] >= 0) w->mate[w->taken[j]] = j <= w->count ? j - 1 : -1;
+}
+
+/* Between steps little changes: exchanges of two goals' ghosts, and of a ghost too many, as long as they help. */
+static int lensopt__reassign(lensopt__descent *w)
+{
+    int32_t g, h, k, changed = 0;
+    for (g = 0; g < w->p->goals; g++) {
+        int32_t mine = w->mate[g];
+        double now;
+        if (mine < 0) continue;
+        now = w->least[g] = lensopt__cost(w, g, mine);
+        for (h = 0; h < g; h++) {
+            int32_t other = w->mate[h];
+            double a, b;
+            if (other < 0) continue;
+            a = lensopt__cost(w, g, other);
+            if (!(a < now + w->least[h])) continue;
+            b = lensopt__cost(w, h, mine);
+            if (!(a + b < now + w->least[h])) continue;
+            w->mate[g] = other;
+            w->mate[h] = mine;
+            w->goal_of[other] = g;
+            w->goal_of[mine] = h;
+            now = w->least[g] = a;
+            w->least[h] = b;
+            mine = other;
+            changed = 1;
+        }
+        for (k = 0; k < w->count && w->count > w->p->goals; k++)
+            if (w->goal_of[k] < 0 && lensopt__cost(w, g, k) + lensopt__surplus(w, mine) < now + lensopt__surplus(w, k)) {
+                w->goal_of[mine] = -1;
+                w->goal_of[k] = g;
+                w->mate[g] = mine = k;
+                now = w->least[g] = lensopt__cost(w, g, k);
+                changed = 1;
+            }
+    }
+    return changed;
+}
+
+/* -- normal equations -- */
+
+/* One residual, whose slopes are in w->row, joins them. */
+static void lensopt__add_row(lensopt__descent *w, double residual)
+{
+    double *row = &LENSOPT__LANE(w->row[0], 0);
+    int32_t i, k;
+    for (i = 0; i < w->vectors; i++) w->gradient[i] += residual * w->row[i];
+    for (i = 0; i < w->p->variables; i++) {
+        lensopt__vec *to = w->normal + i * w->vectors;
+        if (row[i] == 0) continue;
+        for (k = 0; k <= i / LENSOPT__LANES; k++) to[k] += row[i] * w->row[k];
+    }
+    if (w->jacobian != NULL) {
+        for (i = 0; i < w->p->variables; i++) w->jacobian[w->rows_made * w->p->variables + i] = w->hi[i] > w->lo[i] ? row[i] / (w->hi[i] - w->lo[i]) : 0;
+        w->residuals[w->rows_made] = residual;
+    }
+    w->rows_made++;
+}
+
+/* Slopes by the variables, each in units of its range. */
+static void lensopt__by_variables(const lensopt__descent *w, const lensopt__slope *s, int32_t i, int32_t j, double *numbers, double *out)
+{
+    int32_t v;
+    lensopt__chain(&w->trace, s, i, j, numbers);
+    for (v = 0; v < w->p->variables; v++) out[v] = numbers[w->p->number_at[v]] * (w->hi[v] - w->lo[v]);
+}
+
+static void lensopt__ghost_by_variables(lensopt__descent *w, int32_t i, int32_t j, double m00, double m01)
+{
+    const lensopt__trace *t = &w->trace;
+    int32_t v, n = w->p->variables;
+    lensopt__ghost_slopes(t, i, j, 0, &w->slopes[0], &w->slopes[1]);
+    lensopt__by_variables(w, &w->slopes[0], i, j, w->numbers, w->m00);
+    lensopt__by_variables(w, &w->slopes[1], i, j, w->numbers, w->m01);
+    if (j <= t->stop) {
+        lensopt__ghost_slopes(t, i, j, 1, &w->slopes[0], &w->slopes[1]);
+        lensopt__by_variables(w, &w->slopes[0], i, j, w->numbers, w->a00);
+        memcpy(w->s01, w->direct_m01, sizeof w->s01[0] * (size_t)n);
+        return;
+    }
+    memcpy(w->a00, w->direct_a00, sizeof w->a00[0] * (size_t)n);
+    for (v = 0; v < n; v++) w->s01[v] = w->m01[v] * t->a00 + m01 * w->direct_a00[v] - w->m00[v] * t->a01 - m00 * w->direct_a01[v];
+}
+
+static void lensopt__direct_by_variables(lensopt__descent *w)
+{
+    lensopt__direct_slopes(&w->trace, 0, 1, &w->slopes[0], &w->slopes[1]);
+    lensopt__by_variables(w, &w->slopes[0], -1, -1, w->numbers, w->direct_a00);
+    lensopt__by_variables(w, &w->slopes[1], -1, -1, w->numbers, w->direct_a01);
+    lensopt__direct_slopes(&w->trace, 1, 0, &w->slopes[0], &w->slopes[1]);
+    lensopt__by_variables(w, &w->slopes[1], -1, -1, w->numbers, w->direct_m01);
+}
+
+static void lensopt__add_partials(lensopt__descent *w, const double *by, double scale, double residual)
+{
+    double *row = &LENSOPT__LANE(w->row[0], 0);
+    int32_t v, iris = w->p->iris_of;
+    for (v = 0; v < w->p->variables; v++) row[v] = scale * (by[0] * w->m00[v] + by[1] * w->m01[v] + by[2] * w->a00[v] + by[3] * w->s01[v]);
+    if (iris >= 0) row[iris] += scale * by[4] * (w->hi[iris] - w->lo[iris]);
+    lensopt__add_row(w, residual);
+}
+
+/* Residuals of ghost k: those of its goal, or the cost of being too many. */
+static void lensopt__add_ghost(lensopt__descent *w, int32_t k, double m00, double m01, double a00, double s01)
+{
+    const lensopt_problem *p = w->p;
+    int32_t g = w->goal_of[k], l;
+    lensopt__image image;
+    for (l = 0; l < p->lights; l++) {
+        const lensopt_goal *goal = g >= 0 ? &p->target.ghosts[p->ghost_of[g]].goals[l] : NULL;
+        double root = g >= 0 ? sqrt(p->weight[l][g]) : 0;
+        lensopt__image_of(m00, m01, a00, s01, w->trace.iris, p->desc.pupil, p->slopes[l], &image);
+        if (g < 0) {
+            double e = lensopt__too_many(w, l, k);
+            if (e > 0) lensopt__add_partials(w, image.by_radius, p->desc.objective == LENSOPT_SEEN ? -e / (image.radius + p->unit) : -0.5 * e / image.radius, e);
+        } else if (goal->wish == LENSOPT_SPOT && root > 0) {
+            lensopt__add_partials(w, image.by_centre, root, root * (image.centre - goal->centre));
+            double way = m00 < 0 ? -w->sign[k] : w->sign[k];
+            lensopt__add_partials(w, image.by_radius, way * root, root * (way * image.radius - goal->radius));
+            if (image.overlap < 0) lensopt__add_partials(w, image.by_overlap, root, root * image.overlap);
+        } else if (goal->wish == LENSOPT_SPOT_HIDDEN && root > 0 && image.overlap > 0) {
+            lensopt__add_partials(w, image.by_overlap, root, root * image.overlap);
+        }
+    }
+}
+
+/* Their slopes are differences: they cost little, next to those of ghosts. */
+static void lensopt__add_constraints(lensopt__descent *w, int l)
+{
+    double at[LENSOPT__CONSTRAINTS], kept;
+    int32_t v, i, count = lensopt__constraints(w->p, &w->designs[l], at), n = w->p->variables;
+    lensopt__design d;
+    for (v = 0; v < n; v++) {
+        double h = 1e-6 * (w->hi[v] - w->lo[v]), low[LENSOPT__CONSTRAINTS], high[LENSOPT__CONSTRAINTS], a, b;
+        kept = w->x[l][v];
+        a = lensopt__clamped(kept - h, w->lo[v], w->hi[v]);
+        b = lensopt__clamped(kept + h, w->lo[v], w->hi[v]);
+        w->x[l][v] = a;
+        lensopt__decode(w->p, w->x[l], &d);
+        lensopt__constraints(w->p, &d, low);
+        w->x[l][v] = b;
+        lensopt__decode(w->p, w->x[l], &d);
+        lensopt__constraints(w->p, &d, high);
+        w->x[l][v] = kept;
+        for (i = 0; i < count; i++) w->constraint_slopes[i * n + v] = b > a ? (high[i] - low[i]) / (b - a) * (w->hi[v] - w->lo[v]) : 0;
+    }
+    for (i = 0; i < count; i++) {
+        if (at[i] == 0) continue;
+        for (v = 0; v < n; v++) LENSOPT__LANE(w->row[0], v) = w->constraint_slopes[i * n + v];
+        lensopt__add_row(w, at[i]);
+    }
+}
+
+/* Reflecting surfaces of pair g, in the order of lensopt__all_rows. */
+static void lensopt__pair_at(const lensopt__trace *t, int32_t g, int32_t *i, int32_t *j)
+{
+    int32_t from = 0, to = t->stop;
+    if (g >= lensopt__pairs_of(t->stop + 1)) {
+        g -= lensopt__pairs_of(t->stop + 1);
+        from = t->stop + 1;
+        to = t->surfaces - 1;
+    }
+    for (*i = from; g >= to - *i; (*i)++) g -= to - *i;
+    *j = *i + 1 + g;
+}
+
+/* At the candidate in lane l, whose spots are up to date. */
+static void lensopt__normal_equations(lensopt__descent *w, int l)
+{
+    int32_t k, i, j;
+    memset(w->normal, 0, sizeof *w->normal * (size_t)(w->vectors * w->p->variables));
+    memset(w->gradient, 0, sizeof w->gradient);
+    memset(w->row, 0, sizeof w->row);
+    w->rows_made = 0;
+    lensopt__trace_of(w->p, &w->batch, l, &w->designs[l], &w->trace);
+    lensopt__direct_by_variables(w);
+    for (k = 0; k < w->count; k++) {
+        int32_t g = w->there[k];
+        double m00 = LENSOPT__LANE(w->rows.m00[g], l), m01 = LENSOPT__LANE(w->rows.m01[g], l);
+        lensopt__pair_at(&w->trace, g, &i, &j);
+        lensopt__ghost_by_variables(w, i, j, m00, m01);
+        lensopt__add_ghost(w, k, m00, m01, LENSOPT__LANE(w->rows.a00[g], l), LENSOPT__LANE(w->rows.s01[g], l));
+    }
+    if (w->p->constrained) lensopt__add_constraints(w, l);
+}
+
+/* -- steps -- */
+
+/* Within which a variable may move while order and stop gap stay; nothing moves where both are equal. */
+static void lensopt__polish_bounds(lensopt__descent *w, const double *x)
+{
+    const lensopt_problem *p = w->p;
+    int32_t v, stop = lensopt__stop_of(p, x);
+    for (v = 0; v < p->variables; v++) {
+        int32_t row = p->variable[v].row, air = row >= 0 && lensopt__is_air(p, x, row);
+        const lensopt_range *gap = row >= 0 ? air ? &p->limits[row].air_gap : &p->limits[row].glass_gap : NULL;
+        w->lo[v] = p->lower[v];
+        w->hi[v] = p->upper[v];
+        w->x[0][v] = x[v];
+        if (p->variable[v].kind == LENSOPT__INDEX && air) {
+            w->lo[v] = w->hi[v] = x[v];
+        } else if (p->variable[v].kind == LENSOPT__INDEX) {
+            w->lo[v] = p->limits[row].index.lo;
+        } else if (p->variable[v].kind == LENSOPT__GAP) {
+            w->lo[v] = gap->lo;
+            w->hi[v] = gap->hi;
+        } else if (p->variable[v].kind == LENSOPT__PLACE) {
+            w->lo[v] = stop;
+            w->hi[v] = stop + 1 - 1e-9;
+            if (stop >= 0) w->x[0][v] = stop + (x[v] - floor(x[v]));
+        }
+        w->x[0][v] = lensopt__clamped(w->x[0][v], w->lo[v], w->hi[v]);
+    }
+}
+
+/* Variables that stand at an end which they would leave. */
+static void lensopt__hold_at_ends(lensopt__descent *w, const double *x)
+{
+    int32_t i;
+    for (i = 0; i < w->p->variables; i++) {
+        double g = LENSOPT__LANE(w->gradient[0], i);
+        w->held[i] = w->hi[i] == w->lo[i] || (x[i] <= w->lo[i] && g > 0) || (x[i] >= w->hi[i] && g < 0);
+    }
+}
+
+/* Each lane's step = -(normal + damping * its diagonal)^-1 gradient, by Cholesky; held variables stay. Where rounding leaves no factor the
+   step is one of many, and is tried like any. */
+LENSOPT__INLINE void lensopt__solve_lanes(lensopt__descent *w, const lensopt__vec *damping)
+{
+    const lensopt__vec none = {0};
+    const int32_t n = w->p->variables;
+    lensopt__vec least = none, *fi = w->factor;
+    int32_t i, j, k;
+    for (i = 0; i < n; i++) least += LENSOPT__LANE(w->normal[i * w->vectors], i);
+    least = least * 1e-9 / n * *damping + 1e-290;
+    for (i = 0; i < n; fi += ++i) {
+        const lensopt__vec *fj = w->factor;
+        const double *normal = &LENSOPT__LANE(w->normal[i * w->vectors], 0);
+        lensopt__vec sum = none - LENSOPT__LANE(w->gradient[0], i), d;
+        for (j = 0; j < i; fj += ++j) {
+            lensopt__vec s = none + normal[j];
+            if (w->held[i] || w->held[j]) s = none;
+            else for (k = 0; k < j; k++) s -= fi[k] * fj[k];
+            fi[j] = s * fj[j];
+            sum -= fi[j] * w->step[j];
+        }
+        d = normal[i] * (1 + *damping) + least;
+        for (k = 0; k < i; k++) d -= fi[k] * fi[k];
+        for (k = 0; k < LENSOPT__LANES; k++) LENSOPT__LANE(d, k) = w->held[i] || !(LENSOPT__LANE(d, k) > 0) ? 0 : 1 / sqrt(LENSOPT__LANE(d, k));
+        fi[i] = d; /* one over it */
+        w->step[i] = sum * d;
+    }
+    for (i = n - 1; i >= 0; i--) {
+        fi -= i + 1;
+        w->step[i] *= fi[i];
+        for (k = 0; k < i; k++) w->step[k] -= fi[k] * w->step[i];
+    }
+}
+
+static void lensopt__solve_plain(lensopt__descent *w, const lensopt__vec *damping) { lensopt__solve_lanes(w, damping); }
+#if defined(LENSOPT__WIDE)
+LENSOPT__WIDE static void lensopt__solve_wide(lensopt__descent *w, const lensopt__vec *damping) { lensopt__solve_lanes(w, damping); }
+#endif
+
+/* More and less damped steps from x; the best one's lane, or -1 where none is better than *sum, the least sum. */
+static int lensopt__try(lensopt__descent *w, const double *x, double lambda, double *sum, double *best_lambda)
+{
+    enum { TRIES = 4 };
+    static const double factors[TRIES] = {0.03, 1, 30, 1000};
+    lensopt__vec damping;
+    int first, l, best = -1;
+    int32_t v;
+    for (first = 0; first < TRIES; first += LENSOPT__LANES) {
+        for (l = 0; l < LENSOPT__LANES; l++) LENSOPT__LANE(damping, l) = lambda * factors[first + l];
+        LENSOPT__KERNEL(lensopt__solve)(w, &damping);
+        for (l = 0; l < LENSOPT__LANES; l++)
+            for (v = 0; v < w->p->variables; v++) w->x[l][v] = lensopt__clamped(x[v] + (w->hi[v] - w->lo[v]) * LENSOPT__LANE(w->step[v], l), w->lo[v], w->hi[v]);
+        lensopt__load_lanes(w, LENSOPT__LANES);
+        LENSOPT__KERNEL(lensopt__rows)(&w->batch, &w->rows);
+        for (l = 0; l < LENSOPT__LANES; l++) {
+            double total;
+            lensopt__spots_of_lane(w, l);
+            total = lensopt__total(w, l);
+            if (!(total < *sum)) continue;
+            *sum = total;
+            *best_lambda = LENSOPT__LANE(damping, l);
+            best = l;
+            if (LENSOPT__LANES < TRIES) memcpy(w->kept, w->x[l], sizeof w->kept);
+        }
+    }
+    if (best >= 0 && LENSOPT__LANES < TRIES) { /* a later try has taken its place */
+        memcpy(w->x[0], w->kept, sizeof w->kept);
+        lensopt__load_lanes(w, 1);
+        LENSOPT__KERNEL(lensopt__rows)(&w->batch, &w->rows);
+    }
+    return best;
+}
+
+static lensopt__descent *lensopt__descent_create(const lensopt_problem *p, size_t *size)
+{
+    int32_t vectors = (p->variables + LENSOPT__LANES - 1) / LENSOPT__LANES;
+    lensopt__descent *w;
+    char *memory;
+    *size = sizeof *w + sizeof(lensopt__vec) * (size_t)(vectors * p->variables + p->variables * (p->variables + 1) / 2) + 64 + (p->constrained ? sizeof(double) * (size_t)(LENSOPT__CONSTRAINTS * p->variables) : 0);
+    memory = (char *)p->desc.allocate(p->desc.allocate_user, NULL, 0, *size);
+    if (memory == NULL) return NULL;
+    w = (lensopt__descent *)(void *)(memory + 32 - ((uintptr_t)memory & 31));
+    w->memory = memory;
+    w->p = p;
+    w->vectors = vectors;
+    w->normal = (lensopt__vec *)(void *)(((uintptr_t)(w + 1) + 31) & ~(uintptr_t)31);
+    w->factor = w->normal + vectors * p->variables;
+    w->constraint_slopes = (double *)(void *)(w->factor + p->variables * (p->variables + 1) / 2);
+    w->jacobian = w->residuals = NULL;
+    return w;
+}
+
+/* A point's spots and their assignment; its sum. */
+static double lensopt__place_at(lensopt__descent *w, const double *x)
+{
+    lensopt__polish_bounds(w, x);
+    lensopt__load_lanes(w, 1);
+    LENSOPT__KERNEL(lensopt__rows)(&w->batch, &w->rows);
+    lensopt__find_ghosts(w);
+    lensopt__right_way(w);
+    lensopt__spots_of_lane(w, 0);
+    lensopt__assign(w);
+    return lensopt__total(w, 0);
+}
+
+/* Images that have passed through a point are the right way round now. 1 if one had. */
+static int lensopt__turn(lensopt__descent *w)
+{
+    int32_t k, l, turned = 0;
+    for (k = 0; k < w->count; k++) {
+        if (!(w->spot[0][k][1] < 0)) continue;
+        w->sign[k] = -w->sign[k];
+        for (l = 0; l < w->p->lights; l++) w->spot[l][k][1] = -w->spot[l][k][1];
+        turned = 1;
+    }
+    return turned;
+}
+
+/* Steps downhill from x, which lane 0 holds, from `sum`; returns the sum there. */
+static double lensopt__steps(lensopt__descent *w, double *x, double sum, int32_t steps, int32_t *done)
+{
+    const size_t size = sizeof *x * (size_t)w->p->variables;
+    double before, lambda = 1e-2;
+    int32_t stalled = 0, l = 0;
+    for (; steps > 0 && stalled < 3 && sum > 1e-26 && lambda < 1e9; steps--, (*done)++) {
+        if (l >= 0) {
+            lensopt__normal_equations(w, l);
+            lensopt__hold_at_ends(w, x);
+        }
+        before = sum;
+        l = lensopt__try(w, x, lambda, &sum, &lambda);
+        if (l < 0) {
+            lambda *= 1e4;
+            continue;
+        }
+        memcpy(x, w->x[l], size);
+        lambda = fmax(lambda, 1e-12);
+        lensopt__spots_of_lane(w, l);
+        if (lensopt__turn(w) + lensopt__reassign(w) > 0) sum = lensopt__total(w, l);
+        stalled = sum > 0.999 * before ? stalled + 1 : 0;
+    }
+    return sum;
+}
+
+/* Goes downhill from x, to whose sum of squares; *done: steps. */
+static double lensopt__descend(lensopt__descent *w, double *x, int32_t steps, int32_t *done)
+{
+    double sum = lensopt__place_at(w, x);
+    *done = 0;
+    if (!(sum < HUGE_VAL) || (w->p->desc.objective == LENSOPT_THESIS && w->count < w->p->goals)) return HUGE_VAL;
+    memcpy(x, w->x[0], sizeof *x * (size_t)w->p->variables);
+    return lensopt__steps(w, x, sum, steps, done);
+}
+
+/* -- as a function -- */
+
+static void lensopt__lens_evaluate(void *user, const double *x, int32_t count, double *f)
+{
+    const lensopt_problem *p = (const lensopt_problem *)user;
+    lensopt__design d;
+    lensopt__descent *w;
+    size_t size;
+    int32_t i;
+    if (p->desc.objective == LENSOPT_THESIS) {
+        lensopt__thesis(p, x, count, f);
+        for (i = 0; i < count && p->constrained; i++) {
+            lensopt__decode(p, x + i * p->variables, &d);
+            f[i] += lensopt__penalty(p, &d);
+        }
+        return;
+    }
+    w = lensopt__descent_create(p, &size);
+    for (i = 0; i < count; i++) f[i] = w != NULL ? lensopt__place_at(w, x + i * p->variables) : HUGE_VAL;
+    if (w != NULL) p->desc.allocate(p->desc.allocate_user, w->memory, size, 0);
+}
+
+static int32_t lensopt__lens_polish(void *user, double *x, double *f, int32_t steps)
+{
+    const lensopt_problem *p = (const lensopt_problem *)user;
+    double moved[LENSOPT_MAX_VARIABLES], value;
+    size_t size;
+    int32_t done;
+    lensopt__descent *w = lensopt__descent_create(p, &size);
+    if (w == NULL) return 0;
+    memcpy(moved, x, sizeof *x * (size_t)p->variables);
+    value = lensopt__descend(w, moved, steps, &done);
+    p->desc.allocate(p->desc.allocate_user, w->memory, size, 0);
+    if (p->desc.objective == LENSOPT_THESIS && value < HUGE_VAL) lensopt__lens_evaluate(user, moved, 1, &value);
+    if (value < *f) {
+        *f = value;
+        memcpy(x, moved, sizeof *x * (size_t)p->variables);
+    }
+    return 1 + done * (LENSOPT__LANES + 4);
+}
+
+/* Which gaps are air: never two in a row, so that every surface parts something, and that behind the last; and the stop's. Places of the stop that give just
+   enough ghosts come up most often. */
+static int32_t lensopt__sample_order(const lensopt_problem *p, uint64_t *random, int32_t *air)
+{
+    int32_t n = p->surfaces, tries, i, k = 0, ok = 0;
+    for (tries = 0; tries < 1000 && !ok; tries++) {
+        int32_t more;
+        k = (int32_t)(lensopt_random(random) * n);
+        more = lensopt__pairs_at(n, k) - p->goals;
+        ok = more >= 0 && lensopt_random(random) * (1 + more) < 1;
+    }
+    for (tries = 0, ok = 0; tries < 1000 && !ok; tries++) {
+        for (i = 0; i < n; i++) air[i] = i + 1 == n || (lensopt_random(random) < 0.4 && i > 0);
+        air[k] = 1;
+        for (i = 0, ok = 1; i + 1 < n; i++) ok = ok && !(air[i] && air[i + 1]);
+    }
+    return k;
+}
+
+static double lensopt__sample_number(const lensopt_problem *p, int32_t v, const int32_t *air, int32_t stop, uint64_t *random)
+{
+    double r = lensopt_random(random), q = lensopt_random(random), lo = p->lower[v], hi = p->upper[v];
+    int32_t row = p->variable[v].row;
+    const lensopt__limits *l = row >= 0 ? &p->limits[row] : NULL;
+    switch (p->variable[v].kind) {
+    case LENSOPT__PLACE: return lensopt__clamped(stop + r, lo, hi);
+    case LENSOPT__IRIS: return lo * pow(hi / lo, r);
+    case LENSOPT__CURVATURE: return lensopt__clamped((q < 0.5 ? -0.125 : 0.125) * pow(100, -r), lo, hi); /* 8 to 800 mm */
+    case LENSOPT__GAP:
+        if (row + 1 == p->surfaces) return lensopt__clamped(20 + 80 * r, lo, hi);
+        return air[row] ? lensopt__clamped(0.2 + 15 * r * q, l->air_gap.lo, l->air_gap.hi) : lensopt__clamped(1 + 9 * r, l->glass_gap.lo, l->glass_gap.hi);
+    default: return air[row] && l->may_air ? lo : l->index.lo + (l->index.hi - l->index.lo) * 0.8 * r;
+    }
+}
+
+/* As lenses are: most radii are short, air gaps short but for the last. */
+static void lensopt__lens_sample(void *user, uint64_t *random, double *x)
+{
+    const lensopt_problem *p = (const lensopt_problem *)user;
+    int32_t air[LENSOPT_MAX_SEARCHED], v, stop = lensopt__sample_order(p, random, air);
+    for (v = 0; v < p->surfaces; v++)
+        if (p->index_of[v] < 0) air[v] = p->fixed.n[v] == 1;
+    for (v = 0; v < p->variables; v++) x[v] = lensopt__sample_number(p, v, air, stop, random);
+}
+
+LENSOPT_API void lensopt_problem_function(lensopt_problem *p, lensopt_function *out)
+{
+    memset(out, 0, sizeof *out);
+    out->variables = p->variables;
+    out->lower = p->lower;
+    out->upper = p->upper;
+    out->blocks = p->blocks;
+    out->user = p;
+    out->evaluate = lensopt__lens_evaluate;
+    out->sample = lensopt__lens_sample;
+    out->polish = lensopt__lens_polish;
+}
+/* >> 9 lenses */
+/* Problems out of descriptors, and lenses out of points. */
+
+/* -- creation -- */
+
+static int lensopt__default_range(lensopt_range *r, double lo, double hi, double least, double most)
+{
+    if (r->lo == 0 && r->hi == 0) {
+        r->lo = lo;
+        r->hi = hi;
+    }
+    return lensopt__within(r->lo, least, most) && lensopt__within(r->hi, r->lo, most);
+}
+
+static lflare_result lensopt__check_ranges(lensopt_problem_desc *d, lflare_error *error)
+{
+    const struct { lensopt_range *range; double lo, hi, least, most; const char *name; } table[] = {
+        {&d->glass_gap, 1, 15, 0, 1e4, "glass_gap"},     {&d->air_gap, 0.1, 100, 0, 1e4, "air_gap"},
+        {&d->index, 1.5, 2, 1.01, 10, "index"},          {&d->stop_radius, 0.1, 20, 1e-6, 1e4, "stop_radius"},
+        {&d->efl, 0, 0, 0, 1e6, "efl"},                  {&d->back_focus, 0, 0, 0, 1e6, "back_focus"},
+        {&d->fnumber, 0, 0, 0, 1e6, "fnumber"},          {&d->length, 0, 0, 0, 1e6, "length"}};
+    size_t i;
+    for (i = 0; i < sizeof table / sizeof table[0]; i++)
+        if (!lensopt__default_range(table[i].range, table[i].lo, table[i].hi, table[i].least, table[i].most))
+            return lensopt__fail(error, LFLARE_ERROR_ARGUMENT, "%s: lo <= hi within %g and %g were expected", table[i].name, table[i].least, table[i].most);
+    if (d->pupil == 0) d->pupil = 100;
+    if (d->least_radius == 0) d->least_radius = 5;
+    if (!lensopt__within(d->pupil, 1e-3, 1e6)) return lensopt__fail(error, LFLARE_ERROR_ARGUMENT, "pupil: a radius from 0.001 mm was expected");
+    if (!lensopt__within(d->least_radius, 1e-3, 1e6)) return lensopt__fail(error, LFLARE_ERROR_ARGUMENT, "least_radius: a radius from 0.001 mm was expected");
+    if (!lensopt__within(d->focus, 0, 1e6) || !lensopt__within(d->glass_edge, 0, 1e4) || !lensopt__within(d->air_edge, 0, 1e4) || !lensopt__within(d->iris, 0, 1e4))
+        return lensopt__fail(error, LFLARE_ERROR_ARGUMENT, "focus, glass_edge, air_edge, iris: lengths in mm were expected, 0 where any will do");
+    if ((int)d->objective < LENSOPT_SEEN || (int)d->objective > LENSOPT_THESIS) return lensopt__fail(error, LFLARE_ERROR_ARGUMENT, "objective: one of lensopt_objective was expected");
+    if (d->surfaces != 0 && (d->surfaces < 2 || d->surfaces > LENSOPT_MAX_SEARCHED)) return lensopt__fail(error, LFLARE_ERROR_ARGUMENT, "surfaces: 2 to 64 were expected, or 0");
+    return LFLARE_OK;
+}
+
+/* Van Acoleyen 2025, eq. 5.5, whose n counts the stop, too. 0: not even 64 surfaces have so many ghosts. */
+static int32_t lensopt__surfaces_for(int32_t ghosts)
+{
+    int32_t n;
+    for (n = 3; n <= LENSOPT_MAX_SEARCHED; n++)
+        if (lensopt__pairs_of(n / 2) + lensopt__pairs_of(n - n / 2) >= ghosts) return n;
+    return 0;
+}
+
+static lflare_result lensopt__problem_base(lensopt_problem *p, lflare_error *error)
+{
+    lflare_lens lens;
+    lflare_result result = lflare_lens_derive(p->desc.base, &lens, error);
+    if (result != LFLARE_OK) return result;
+    if (lens.surface_count - 1 > LENSOPT_MAX_SEARCHED || lens.surface_count < 3) return lensopt__fail(error, LFLARE_ERROR_LIMIT, "base: a lens of 2 to 64 surfaces was expected, not %i", lens.surface_count - 1);
+    if (p->desc.surfaces != 0 && p->desc.surfaces != lens.surface_count - 1)
+        return lensopt__fail(error, LFLARE_ERROR_ARGUMENT, "surfaces: 0 or the base's %i were expected, not %i", lens.surface_count - 1, p->desc.surfaces);
+    p->has_base = 1;
+    p->base = lens.prescription;
+    lensopt__design_of(&p->base, &p->fixed);
+    p->base_opening = p->fixed.iris;
+    if (p->desc.iris > 0) p->fixed.iris = p->desc.iris;
+    p->surfaces = p->fixed.surfaces;
+    return LFLARE_OK;
+}
+
+static lflare_result lensopt__problem_fill(lensopt_problem *p, const lensopt_problem_desc *desc, lflare_error *error)
+{
+    lflare_result result = lensopt_target_check(desc->target, error);
+    if (result != LFLARE_OK) return result;
+    p->desc = *desc;
+    p->target = *desc->target;
+    result = lensopt__check_ranges(&p->desc, error);
+    if (result == LFLARE_OK) result = lensopt__goals(p, error);
+    if (result == LFLARE_OK && desc->base != NULL) result = lensopt__problem_base(p, error);
+    if (result != LFLARE_OK) return result;
+    if (desc->base == NULL) {
+        if (p->desc.keep_order) return lensopt__fail(error, LFLARE_ERROR_ARGUMENT, "keep_order: a base was expected, whose order it is");
+        p->surfaces = p->desc.surfaces != 0 ? p->desc.surfaces : lensopt__surfaces_for(p->goals);
+        if (p->surfaces == 0) return lensopt__fail(error, LFLARE_ERROR_LIMIT, "a target of at most 992 ghosts was expected, not %i: more than 64 surfaces have", p->goals);
+        p->fixed.surfaces = p->surfaces;
+        p->fixed.n[p->surfaces - 1] = 1;
+    }
+    p->constrained = lensopt__constrained(&p->desc);
+    p->desc.target = &p->target;
+    p->desc.base = desc->base != NULL ? &p->base : NULL;
+    lensopt__variables(p);
+    if (p->variables == 0) return lensopt__fail(error, LFLARE_ERROR_ARGUMENT, "everything is locked: at least one number that may change was expected");
+    return LFLARE_OK;
+}
+
+LENSOPT_API lflare_result lensopt_problem_create(const lensopt_problem_desc *desc, lensopt_problem **out, lflare_error *error)
+{
+    lflare_realloc allocate;
+    lensopt_problem *p;
+    lflare_result result;
+    if (out != NULL) *out = NULL;
+    if (desc == NULL || out == NULL) return lensopt__fail(error, LFLARE_ERROR_ARGUMENT, "a descriptor and room for a problem were expected, not NULL");
+    allocate = desc->allocate != NULL ? desc->allocate : lensopt__libc_realloc;
+    p = (lensopt_problem *)allocate(desc->allocate_user, NULL, 0, sizeof *p);
+    if (p == NULL) return lensopt__fail(error, LFLARE_ERROR_MEMORY, "no memory for a problem");
+    memset(p, 0, sizeof *p);
+    result = lensopt__problem_fill(p, desc, error);
+    p->desc.allocate = allocate;
+    if (result == LFLARE_OK) *out = p;
+    else allocate(desc->allocate_user, p, sizeof *p, 0);
+    return result;
+}
+
+LENSOPT_API void lensopt_problem_free(lensopt_problem *p)
+{
+    if (p != NULL) p->desc.allocate(p->desc.allocate_user, p, sizeof *p, 0);
+}
+
+/* -- points and lenses -- */
+
+static void lensopt__encode(const lensopt_problem *p, const lensopt__design *d, double *x)
+{
+    int32_t v;
+    for (v = 0; v < p->variables; v++) {
+        int32_t row = p->variable[v].row;
+        double value = 0;
+        switch (p->variable[v].kind) {
+        case LENSOPT__PLACE:
+            if (d->stop < 0) value = -d->ahead / p->desc.air_gap.hi;
+            else value = d->stop + (d->d[d->stop] > 0 ? lensopt__clamped(d->ahead / d->d[d->stop], 0, 1 - 1e-12) : 0);
+            break;
+        case LENSOPT__IRIS: value = d->iris; break;
+        case LENSOPT__CURVATURE: value = d->c[row]; break;
+        case LENSOPT__GAP: value = d->d[row]; break;
+        case LENSOPT__INDEX: value = d->n[row] == 1 ? p->lower[v] : d->n[row]; break;
+        }
+        x[v] = lensopt__clamped(value, p->lower[v], p->upper[v]);
+    }
+}
+
+LENSOPT_API lflare_result lensopt_problem_point(const lensopt_problem *p, const lflare_prescription *prescription, double iris, double *x, lflare_error *error)
+{
+    lflare_lens lens;
+    lensopt__design d;
+    lflare_result result;
+    if (p == NULL || prescription == NULL || x == NULL || !lensopt__within(iris, 0, 1e4)) return lensopt__fail(error, LFLARE_ERROR_ARGUMENT, "a problem, a prescription, an iris's radius or 0, and room for a point were expected");
+    result = lflare_lens_derive(prescription, &lens, error);
+    if (result != LFLARE_OK) return result;
+    if (lens.surface_count - 1 != p->surfaces) return lensopt__fail(error, LFLARE_ERROR_LENS, "a lens of %i surfaces was expected, not %i", p->surfaces, lens.surface_count - 1);
+    lensopt__design_of(&lens.prescription, &d);
+    if (iris > 0) d.iris = iris;
+    lensopt__encode(p, &d, x);
+    return LFLARE_OK;
+}
+
+/* A glass of this index at 510 nm with the dispersion that is usual for it. */
+static void lensopt__glass(double n, lflare_medium *out)
+{
+    static const double usual[6][2] = {{1.4, 75}, {1.511, 60.4}, {1.62, 36.4}, {1.74, 28.2}, {1.847, 23.8}, {2.1, 17}}; /* nd, Vd of common flints and crowns */
+    int32_t i, k = 0;
+    memset(out, 0, sizeof *out);
+    out->kind = LFLARE_MEDIUM_ABBE;
+    out->c[0] = n;
+    for (i = 0; i < 8; i++) {
+        while (k < 4 && out->c[0] > usual[k + 1][0]) k++;
+        out->c[1] = fmax(15, usual[k][1] + (out->c[0] - usual[k][0]) * (usual[k + 1][1] - usual[k][1]) / (usual[k + 1][0] - usual[k][0]));
+        out->c[0] += n - lflare_index(out, lensopt__nm[1]);
+    }
+}
+
+/* Surface i of a candidate; the base's own where nothing of it has changed. */
+static void lensopt__surface_of(const lensopt_problem *p, const lensopt__design *d, int32_t i, lflare_surface *out)
+{
+    const lflare_surface *was = p->has_base ? &p->base.surfaces[lensopt__row(&p->base, i)] : NULL;
+    memset(out, 0, sizeof *out);
+    if (was != NULL) *out = *was;
+    out->line = 0;
+    if (was == NULL || fabs(p->fixed.c[i] - d->c[i]) > 1e-12) {
+        out->radius = fabs(d->c[i]) > 1e-9 ? 1 / d->c[i] : 0;
+        out->conic = 0;
+        memset(out->aspheric, 0, sizeof out->aspheric);
+    }
+    if (was == NULL || fabs(p->fixed.n[i] - d->n[i]) > 1e-9) {
+        memset(&out->medium, 0, sizeof out->medium);
+        if (d->n[i] != 1) lensopt__glass(d->n[i], &out->medium);
+    }
+    out->thickness = d->d[i];
+}
+
+/* How high light of the ghosts, and the direct light, meets each row of a lens; `reach` holds the direct one's on entry. */
+static void lensopt__ghost_reach(const lensopt_problem *p, const lflare_lens *lens, double iris, double *reach)
+{
+    lflare_pair pairs[LENSOPT__MOST_PAIRS];
+    lflare_crossing path[LFLARE_MAX_CIRCLES];
+    int32_t count = LENSOPT__MOST_PAIRS, g, k, l, crossings, at;
+    lflare_ghost_list(lens, pairs, &count);
+    for (g = 0; g < count; g++) {
+        crossings = LFLARE_MAX_CIRCLES;
+        if (lflare_ghost_path(lens, lensopt__nm[1], pairs[g], path, &crossings) != LFLARE_OK) continue;
+        for (at = 0; at < crossings && !path[at].iris; at++) {}
+        for (l = 0; l < p->target.light_count && at < crossings; l++) {
+            double u = p->slopes[l], a = path[at].a, lo = -p->desc.pupil, hi = p->desc.pupil;
+            if (fabs(a) * p->desc.pupil > 1e-9) {
+                lo = fmax(lo, -u * path[at].b / a - iris / fabs(a));
+                hi = fmin(hi, -u * path[at].b / a + iris / fabs(a));
+            }
+            for (k = 0; k < crossings && lo < hi; k++)
+                reach[path[k].surface] = fmax(reach[path[k].surface], fmax(fabs(path[k].a * lo + path[k].b * u), fabs(path[k].a * hi + path[k].b * u)));
+        }
+    }
+}
+
+/* Surfaces end where they or the next one do: as far as both lie behind each other. */
+static void lensopt__trim(lflare_prescription *q)
+{
+    int32_t i, step;
+    for (i = 0; i < q->surface_count; i++) {
+        lflare_surface *s = &q->surfaces[i];
+        if (s->radius != 0 && !s->is_stop) s->semi_diameter = fmin(s->semi_diameter, 0.98 * fabs(s->radius));
+    }
+    for (i = 0; i + 1 < q->surface_count; i++) {
+        lflare_surface *s = &q->surfaces[i];
+        double lo = 0, hi = fmin(s[0].semi_diameter, s[1].semi_diameter);
+        if (s[0].thickness + lflare_sag(&s[1], hi) - lflare_sag(&s[0], hi) >= 0) continue;
+        for (step = 0; step < 60; step++) {
+            double r = 0.5 * (lo + hi);
+            if (s[0].thickness + lflare_sag(&s[1], r) - lflare_sag(&s[0], r) >= 0) lo = r;
+            else hi = r;
+        }
+        if (!s[0].is_stop) s[0].semi_diameter = fmin(s[0].semi_diameter, fmax(lo, 0.1));
+        if (!s[1].is_stop) s[1].semi_diameter = fmin(s[1].semi_diameter, fmax(lo, 0.1));
+    }
+}
+
+/* Rows of a candidate, the stop among them; semi-diameters are those of the direct light. */
+static void lensopt__rows_of(const lensopt_problem *p, const lensopt__design *d, double opening, lflare_prescription *q)
+{
+    lensopt__direct path;
+    lflare_surface stop;
+    int32_t i, row = 0;
+    memset(&stop, 0, sizeof stop);
+    stop.is_stop = 1;
+    stop.semi_diameter = d->iris * opening;
+    lensopt__direct_path(d, &path);
+    if (d->stop < 0) {
+        stop.thickness = d->ahead;
+        q->surfaces[row++] = stop;
+    }
+    for (i = 0; i < d->surfaces; i++) {
+        lensopt__surface_of(p, d, i, &q->surfaces[row]);
+        q->surfaces[row++].semi_diameter = fmax(0.1, lensopt__direct_reach(p, d, &path, i) * opening);
+        if (i != d->stop) continue;
+        q->surfaces[row - 1].thickness = d->ahead;
+        stop.thickness = d->d[i] - d->ahead;
+        q->surfaces[row++] = stop;
+    }
+    q->surface_count = row;
+}
+
+LENSOPT_API lflare_result lensopt_problem_prescription(const lensopt_problem *p, const double *x, lflare_prescription *out, double *iris, lflare_error *error)
+{
+    lflare_lens lens;
+    lflare_prescription q;
+    lensopt__design d;
+    double reach[LFLARE_MAX_SURFACES], opening;
+    lflare_result result;
+    int32_t row;
+    if (p == NULL || x == NULL || out == NULL) return lensopt__fail(error, LFLARE_ERROR_ARGUMENT, "a problem, a point and room for a prescription were expected, not NULL");
+    memset(&q, 0, sizeof q);
+    if (p->has_base) q = p->base;
+    else memcpy(q.name, p->target.name, sizeof q.name);
+    lensopt__decode(p, x, &d);
+    opening = p->has_base ? fmax(1, p->base_opening / p->fixed.iris) : 1;
+    q.sensor_width = p->target.sensor_width;
+    q.sensor_height = p->target.sensor_height;
+    q.fnumber = q.focus = 0;
+    lensopt__rows_of(p, &d, opening, &q);
+    result = lflare_lens_derive(&q, &lens, error);
+    if (result != LFLARE_OK) return result;
+    for (row = 0; row < q.surface_count; row++) reach[row] = q.surfaces[row].semi_diameter;
+    lensopt__ghost_reach(p, &lens, d.iris, reach);
+    for (row = 0; row < q.surface_count; row++)
+        if (!q.surfaces[row].is_stop) q.surfaces[row].semi_diameter = fmin(1.02 * reach[row], p->desc.pupil);
+    lensopt__trim(&q);
+    result = lflare_lens_derive(&q, &lens, error);
+    if (result != LFLARE_OK) return result;
+    *out = q;
+    if (iris != NULL) *iris = d.iris;
+    return LFLARE_OK;
+}
+
+static lflare_pair lensopt__row_pair(const lensopt__design *d, int32_t i, int32_t j)
+{
+    lflare_pair pair = {0, 0, 0, 0};
+    pair.first = j + (j > d->stop);
+    pair.second = i + (i > d->stop);
+    return pair;
+}
+
+LENSOPT_API lflare_result lensopt_problem_shows(const lensopt_problem *p, const double *x, int32_t light, lensopt_shown *out, int32_t *count)
+{
+    lensopt__descent *w;
+    size_t size;
+    int32_t k, i, j, room;
+    if (p == NULL || x == NULL || count == NULL || *count < 0 || (out == NULL && *count > 0) || light < 0 || light >= p->lights) return LFLARE_ERROR_ARGUMENT;
+    w = lensopt__descent_create(p, &size);
+    if (w == NULL) return LFLARE_ERROR_MEMORY;
+    lensopt__place_at(w, x);
+    room = *count;
+    *count = w->count;
+    lensopt__trace_of(p, &w->batch, 0, &w->designs[0], &w->trace);
+    for (k = 0; k < w->count && room >= w->count; k++) {
+        const double *spot = w->spot[light][k];
+        int32_t goal = w->goal_of[k];
+        lensopt__pair_at(&w->trace, w->there[k], &i, &j);
+        out[k].pair = lensopt__row_pair(&w->designs[0], i, j);
+        out[k].ghost = goal >= 0 ? p->ghost_of[goal] : -1;
+        out[k].centre = spot[0];
+        out[k].radius = spot[2] >= 0 ? spot[1] : 0;
+        out[k].cost = goal >= 0 ? lensopt__cost(w, goal, k) : lensopt__surplus(w, k);
+    }
+    p->desc.allocate(p->desc.allocate_user, w->memory, size, 0);
+    return room >= *count ? LFLARE_OK : LFLARE_INCOMPLETE;
+}
+
+LENSOPT_API lflare_result lensopt_problem_residuals(const lensopt_problem *p, const double *x, double *residuals, double *jacobian, int32_t *rows)
+{
+    lensopt__descent *w;
+    size_t size;
+    int32_t room;
+    if (p == NULL || x == NULL || rows == NULL || *rows < 0 || (*rows > 0 && (residuals == NULL || jacobian == NULL))) return LFLARE_ERROR_ARGUMENT;
+    w = lensopt__descent_create(p, &size);
+    if (w == NULL) return LFLARE_ERROR_MEMORY;
+    lensopt__place_at(w, x);
+    room = *rows;
+    lensopt__normal_equations(w, 0);
+    *rows = w->rows_made;
+    if (room >= *rows) {
+        w->jacobian = jacobian;
+        w->residuals = residuals;
+        lensopt__normal_equations(w, 0);
+    }
+    p->desc.allocate(p->desc.allocate_user, w->memory, size, 0);
+    return room >= *rows ? LFLARE_OK : LFLARE_INCOMPLETE;
+}
+
+
+/* >> 10 algorithms */
 
 /* One population and all that decides how it goes on: what a checkpoint holds, and nothing else but what stands last. */
 typedef struct lensopt__island {
@@ -1994,7 +3971,7 @@ static double lensopt__advance(const lensopt__setup *s, lensopt__island *o, lens
     return best;
 }
 
-/* >> 10 search */
+/* >> 11 search */
 
 /* -- threads and time -- */
 
@@ -2154,17 +4131,6 @@ struct lensopt_search {
 };
 
 /* -- creation -- */
-
-static void *lensopt__libc_realloc(void *user, void *block, size_t old_size, size_t new_size)
-{
-    (void)user;
-    (void)old_size;
-    if (new_size == 0) {
-        free(block);
-        return NULL;
-    }
-    return realloc(block, new_size);
-}
 
 /* Room for count things in a block whose address is not yet known (NULL) or known; *at becomes SIZE_MAX where it is too much. */
 static void *lensopt__carve(char *block, size_t *at, size_t count, size_t size)
