@@ -1473,7 +1473,13 @@ LENSOPT_API lflare_result lensopt_target_write(const lensopt_target *t, char *te
 /* W of a ghost is a product over its crossings, whose angles are known before any coating is. So films are computed at few angles a surface
    and channel (nodes), one way for all ghosts; what a crossing lets through is interpolated in the logarithm, so that a ghost's product
    is a sum over surfaces, of which neighbouring surfaces' common part comes from running sums; and what it reflects is interpolated
-   as it is. Four candidates go side by side: loops over LENSOPT__COAT_LANES are what compilers turn into vectors. */
+   as it is. Films of quarter-wave coatings, which one number describes, come from tables. Four candidates go side by side: loops over LENSOPT__COAT_LANES are what compilers turn into vectors. */
+
+#if defined(__GNUC__) && !defined(__clang__)
+#define LENSOPT__COAT_FAST __attribute__((optimize("O3"))) /* unrolls loops over lanes, which -O2 makes vectors of but keeps: half as fast again */
+#else
+#define LENSOPT__COAT_FAST
+#endif
 
 enum {
     LENSOPT__COAT_LANES = 4,
@@ -1506,6 +1512,8 @@ typedef struct lensopt__coated {
     lflare_medium media[2];                /* in front and behind */
     int32_t row, node, mirror, end;        /* its nodes: let through from `node`, reflect from `mirror` on */
     int32_t main[LFLARE_WAVELENGTHS];      /* the panel that goes into the running sums, -1: none */
+    double cut[2], per_cell[2];            /* its table's two parts: where they begin, nm, and one over the width of a cell; */
+    int32_t cells[2], table;               /* how many cells each has, and where the first is: see lensopt__coat_table_make */
 } lensopt__coated;
 
 typedef struct lensopt__coat_term { double weight; int32_t at; } lensopt__coat_term;
@@ -1534,7 +1542,7 @@ struct lensopt_coatings {
     lensopt_film film;
     int32_t coat_count, variables, surface_count, target_count, stop;
     double brightness, least;                        /* least square of a layer's index */
-    lensopt__coat_list nodes, panels, beams, terms, mirrors, shown, passes, matched;
+    lensopt__coat_list nodes, panels, beams, terms, mirrors, shown, passes, matched, tables;
     lensopt__coated coats[LFLARE_MAX_SURFACES];
     double lower[2 * LFLARE_MAX_SURFACES], upper[2 * LFLARE_MAX_SURFACES];
     int32_t blocks[2 * LFLARE_MAX_SURFACES];
@@ -1563,7 +1571,7 @@ typedef struct lensopt__coat_layers { lensopt__coat_quad n2, per_n2, path; } len
 
 /* What a film reflects (mirror 1) or lets through, to 1e-11. The square root is Newton's from a quartic, relative to the layer's index, of which
    s2 / n^2 <= 0.6 is asked; sin^2 is that of half the angle, to 1e-12. Numbers of its own alone, so that it is clear that nothing overlaps. */
-static lensopt__coat_quad lensopt__coat_film(const lensopt__coat_node *node, const lensopt__coat_layers *layers, int mirror)
+LENSOPT__COAT_FAST static lensopt__coat_quad lensopt__coat_film(const lensopt__coat_node *node, const lensopt__coat_layers *layers, int mirror)
 {
     const double share = mirror ? 1 : 0, base[2] = {mirror ? node->a[0] : node->b[0] - node->a[0], mirror ? node->a[1] : node->b[1] - node->a[1]};
     lensopt__coat_quad turns, root, out;
@@ -1634,7 +1642,7 @@ static void lensopt__coat_layer_of(const lensopt_coatings *c, int32_t coat, cons
 }
 
 /* Logarithms of normal numbers above 0, to 1e-13. */
-static lensopt__coat_quad lensopt__coat_logs(lensopt__coat_quad x)
+LENSOPT__COAT_FAST static lensopt__coat_quad lensopt__coat_logs(lensopt__coat_quad x)
 {
     uint64_t bits[LENSOPT__COAT_LANES], power[LENSOPT__COAT_LANES];
     double e[LENSOPT__COAT_LANES], m[LENSOPT__COAT_LANES];
@@ -1653,7 +1661,7 @@ static lensopt__coat_quad lensopt__coat_logs(lensopt__coat_quad x)
 }
 
 /* exp of what is from -700 to 0, to 1e-12. */
-static lensopt__coat_quad lensopt__coat_exps(lensopt__coat_quad x)
+LENSOPT__COAT_FAST static lensopt__coat_quad lensopt__coat_exps(lensopt__coat_quad x)
 {
     double power[LENSOPT__COAT_LANES];
     uint64_t bits[LENSOPT__COAT_LANES];
@@ -1675,34 +1683,58 @@ static lensopt__coat_quad lensopt__coat_exps(lensopt__coat_quad x)
 
 /* -- evaluating -- */
 
-/* Films at all nodes for four candidates, then what they are there for: logarithms in Newton's form, running sums behind them. */
-static void lensopt__coat_values(const lensopt_coatings *c, const double *const *x, lensopt__coat_quad *out)
+/* Films at all nodes of a surface for four candidates: what is reflected, and the logarithm of what passes. */
+LENSOPT__COAT_FAST static void lensopt__coat_films(const lensopt_coatings *c, int32_t coat, const double *const *x, lensopt__coat_quad *out)
 {
     const lensopt__coat_node *nodes = (const lensopt__coat_node *)c->nodes.items;
+    const lensopt__coated *at = &c->coats[coat];
+    lensopt__coat_layers layers;
+    int32_t i, l;
+    for (l = 0; l < LENSOPT__COAT_LANES; l++) {
+        double layer[2];
+        lensopt__coat_layer_of(c, coat, x[l], layer, NULL);
+        layers.n2.v[l] = layer[0];
+        layers.per_n2.v[l] = 1 / layer[0];
+        layers.path.v[l] = 2 * sqrt(layer[0]) * layer[1];
+    }
+    for (i = at->node; i < at->mirror; i++) out[i] = lensopt__coat_logs(lensopt__coat_film(&nodes[i], &layers, 0));
+    for (; i < at->end; i++) out[i] = lensopt__coat_film(&nodes[i], &layers, 1);
+}
+
+/* The same of quarter-wave coatings from their table. */
+LENSOPT__COAT_FAST static void lensopt__coat_look_up(const lensopt_coatings *c, int32_t coat, const double *const *x, lensopt__coat_quad *out)
+{
+    const lensopt__coated *at = &c->coats[coat];
+    int32_t i, l, count = at->end - at->node;
+    for (l = 0; l < LENSOPT__COAT_LANES; l++) {
+        double nm = x[l][coat];
+        int32_t part = at->cells[1] > 0 && nm >= at->cut[1], last = at->cells[part] - 1, cell;
+        double t = (nm - at->cut[part]) * at->per_cell[part];
+        const double *row = (const double *)c->tables.items + at->table;
+        cell = t > 0 ? t < last ? (int32_t)t : last : 0; /* 0 of what is no number, too */
+        t -= cell;
+        row += (size_t)((part == 0 ? 0 : at->cells[0]) + cell) * 4 * (size_t)count;
+        for (i = 0; i < count; i++) out[at->node + i].v[l] = row[i] + t * (row[count + i] + t * (row[2 * count + i] + t * row[3 * count + i]));
+    }
+}
+
+/* All that is known of four candidates: films at nodes, panels of them in Newton's form, and behind them the running sums. */
+LENSOPT__COAT_FAST static void lensopt__coat_values(const lensopt_coatings *c, const double *const *x, lensopt__coat_quad *out)
+{
     const lensopt__coat_panel *panels = (const lensopt__coat_panel *)c->panels.items;
     lensopt__coat_quad *sums = out + c->nodes.count;
-    int32_t coat, channel, i, k, l;
+    int32_t coat, channel, p, i, k, l;
     for (coat = 0; coat < c->coat_count; coat++) {
-        const lensopt__coated *at = &c->coats[coat];
-        lensopt__coat_layers layers;
-        for (l = 0; l < LENSOPT__COAT_LANES; l++) {
-            double layer[2];
-            lensopt__coat_layer_of(c, coat, x[l], layer, NULL);
-            layers.n2.v[l] = layer[0];
-            layers.per_n2.v[l] = 1 / layer[0];
-            layers.path.v[l] = 2 * sqrt(layer[0]) * layer[1];
-        }
-        for (i = at->node; i < at->mirror; i++) out[i] = lensopt__coat_logs(lensopt__coat_film(&nodes[i], &layers, 0));
-        for (; i < at->end; i++) out[i] = lensopt__coat_film(&nodes[i], &layers, 1);
+        if (c->tables.count > 0) lensopt__coat_look_up(c, coat, x, out);
+        else lensopt__coat_films(c, coat, x, out);
     }
-    for (; c->panels.count > 0 && panels < (const lensopt__coat_panel *)c->panels.items + c->panels.count; panels++)
-        for (k = 1; k < panels->count; k++)
-            for (i = panels->count - 1; i >= k; i--)
-                for (l = 0; l < LENSOPT__COAT_LANES; l++) {
-                    lensopt__coat_quad *v = &out[panels->node + i];
-                    v->v[l] = (v->v[l] - v[-1].v[l]) * panels->step[k][i];
-                }
-    panels = (const lensopt__coat_panel *)c->panels.items;
+    for (p = 0; p < c->panels.count; p++)
+        for (k = 1; k < panels[p].count; k++)
+            for (i = panels[p].count - 1; i >= k; i--) {
+                lensopt__coat_quad *v = &out[panels[p].node + i];
+                const double step = panels[p].step[k][i];
+                for (l = 0; l < LENSOPT__COAT_LANES; l++) v->v[l] = (v->v[l] - v[-1].v[l]) * step;
+            }
     for (channel = 0; channel < LFLARE_WAVELENGTHS; channel++) {
         lensopt__coat_quad sum = {{0, 0, 0, 0}};
         *sums++ = sum;
@@ -1714,7 +1746,7 @@ static void lensopt__coat_values(const lensopt_coatings *c, const double *const 
     }
 }
 
-static lensopt__coat_quad lensopt__coat_sum(const lensopt__coat_term *terms, lensopt__coat_span span, const lensopt__coat_quad *value)
+LENSOPT__COAT_FAST static lensopt__coat_quad lensopt__coat_sum(const lensopt__coat_term *terms, lensopt__coat_span span, const lensopt__coat_quad *value)
 {
     lensopt__coat_quad sum = {{0, 0, 0, 0}};
     int32_t i, l;
@@ -1724,7 +1756,7 @@ static lensopt__coat_quad lensopt__coat_sum(const lensopt__coat_term *terms, len
 }
 
 /* W of one ghost. */
-static void lensopt__coat_w(const lensopt_coatings *c, int32_t ghost, const lensopt__coat_quad *value, lensopt__coat_quad *out)
+LENSOPT__COAT_FAST static void lensopt__coat_w(const lensopt_coatings *c, int32_t ghost, const lensopt__coat_quad *value, lensopt__coat_quad *out)
 {
     const lensopt__coat_term *terms = (const lensopt__coat_term *)c->terms.items;
     const lensopt__coat_span *mirrors = (const lensopt__coat_span *)c->mirrors.items;
@@ -1744,7 +1776,7 @@ static void lensopt__coat_w(const lensopt_coatings *c, int32_t ghost, const lens
 }
 
 /* A ghost's distance, without its weight. */
-static void lensopt__coat_distances(const lensopt__coat_shown *ghost, const lensopt__coat_quad *rgb, double brightness, lensopt__coat_quad *out)
+LENSOPT__COAT_FAST static void lensopt__coat_distances(const lensopt__coat_shown *ghost, const lensopt__coat_quad *rgb, double brightness, lensopt__coat_quad *out)
 {
     lensopt__coat_quad sum;
     int32_t l;
@@ -1763,7 +1795,7 @@ static void lensopt__coat_distances(const lensopt__coat_shown *ghost, const lens
     for (l = 0; l < LENSOPT__COAT_LANES; l++) out->v[l] += brightness * fabs(sum.v[l] - ghost->level);
 }
 
-static void lensopt__coat_evaluate_four(const lensopt_coatings *c, const double *const *x, lensopt__coat_quad *f)
+LENSOPT__COAT_FAST static void lensopt__coat_evaluate_four(const lensopt_coatings *c, const double *const *x, lensopt__coat_quad *f)
 {
     const lensopt__coat_shown *shown = (const lensopt__coat_shown *)c->shown.items;
     lensopt__coat_quad value[LENSOPT__COAT_NODES], rgb[LFLARE_WAVELENGTHS], distance;
@@ -2076,6 +2108,15 @@ static void lensopt__coat_drop(lensopt_coatings *c, lensopt__coat_list *list)
     if (list->items != NULL) c->allocate(c->user, list->items, (size_t)list->room * list->item, 0);
     list->items = NULL;
     list->count = list->room = 0;
+}
+
+/* Gives back room that is not used, if the allocator likes. */
+static void lensopt__coat_trim(lensopt_coatings *c, lensopt__coat_list *list)
+{
+    void *items = list->count > 0 ? c->allocate(c->user, list->items, (size_t)list->room * list->item, (size_t)list->count * list->item) : NULL;
+    if (items == NULL) return;
+    list->items = items;
+    list->room = list->count;
 }
 
 static lflare_result lensopt__coat_no_memory(lflare_error *error) { return lensopt__fail(error, LFLARE_ERROR_MEMORY, "out of memory"); }
@@ -2493,6 +2534,82 @@ static lflare_result lensopt__coat_nodes(lensopt_coatings *c, int32_t index, dou
     return LFLARE_OK;
 }
 
+/* -- tables of quarter-wave coatings -- */
+
+/* What lensopt__coat_films has, of one candidate whose design wavelength there is `nm`. out: the surface's nodes. */
+static void lensopt__coat_exact(const lensopt_coatings *c, int32_t coat, double nm, double *out)
+{
+    const lensopt__coat_node *nodes = (const lensopt__coat_node *)c->nodes.items;
+    const lensopt__coated *at = &c->coats[coat];
+    double x[LFLARE_MAX_SURFACES], layer[2];
+    int32_t i;
+    x[coat] = nm;
+    lensopt__coat_layer_of(c, coat, x, layer, NULL);
+    for (i = at->node; i < at->end; i++) out[i - at->node] = lensopt__coat_shape(&nodes[i], layer, i >= at->mirror);
+}
+
+/* One cell: cubics through four films each, four coefficients of all nodes one after the other. 0 if they are not good enough between. */
+static int lensopt__coat_cell_make(const lensopt_coatings *c, int32_t coat, double nm, double width, double *cell)
+{
+    const lensopt__coated *at = &c->coats[coat];
+    double exact[LENSOPT__COAT_NODES];
+    int32_t i, k, count = at->end - at->node;
+    for (k = 0; k < 4; k++) lensopt__coat_exact(c, coat, nm + width * k / 3, cell + k * count);
+    lensopt__coat_exact(c, coat, nm + 0.5 * width, exact);
+    for (i = 0; i < count; i++) {
+        double a = cell[i], b = 3 * (cell[count + i] - a), second = 4.5 * (cell[2 * count + i] - 2 * cell[count + i] + a);
+        double third = 4.5 * (cell[3 * count + i] - 3 * cell[2 * count + i] + 3 * cell[count + i] - a), sum;
+        cell[count + i] = b - second / 3 + third * 2 / 9; /* of t and its powers, from Newton's form */
+        cell[2 * count + i] = second - third;
+        cell[3 * count + i] = third;
+        sum = a + 0.5 * (cell[count + i] + 0.5 * (cell[2 * count + i] + 0.5 * third));
+        if (!(fabs(sum - exact[i]) <= (at->node + i >= at->mirror ? 2e-6 * exact[i] + 2e-10 : 1e-7))) return 0;
+    }
+    return 1;
+}
+
+/* Where between its bounds the index of a quarter-wave coating begins or ceases to be the least there is, 1.38; `hi` if nowhere. */
+static double lensopt__coat_kink(const lflare_medium *media, double lo, double hi)
+{
+    double end = hi;
+    int32_t i, low = lflare_index(&media[0], lo) * lflare_index(&media[1], lo) > 1.38 * 1.38;
+    if (low == (lflare_index(&media[0], hi) * lflare_index(&media[1], hi) > 1.38 * 1.38)) return end;
+    for (i = 0; i < 60; i++) {
+        double middle = 0.5 * (lo + hi);
+        if ((lflare_index(&media[0], middle) * lflare_index(&media[1], middle) > 1.38 * 1.38) == low) lo = middle;
+        else hi = middle;
+    }
+    return hi;
+}
+
+/* Films over the design wavelength, in cells of at most 7 nm, between which and the kink cubics are exact to 1e-10. Where they would not be, or
+   bounds are so far apart that tables were large, there are none and films are computed. */
+static lflare_result lensopt__coat_table_make(lensopt_coatings *c)
+{
+    int32_t coat, part, k, good = c->film == LENSOPT_FILM_QUARTER;
+    for (coat = 0; coat < c->coat_count && good; coat++) {
+        lensopt__coated *at = &c->coats[coat];
+        double lo = c->lower[coat], hi = c->upper[coat], kink = lensopt__coat_kink(at->media, lo, hi);
+        good = hi - lo <= 1200;
+        at->table = c->tables.count;
+        for (part = 0; part < 2 && good; part++) {
+            double begin = part == 0 ? lo : kink, length = part == 0 ? kink - lo : hi - kink;
+            at->cut[part] = begin;
+            at->cells[part] = part == 1 && !(length > 0) ? 0 : (int32_t)ceil(length / 7 + 1e-9);
+            at->per_cell[part] = length > 0 ? at->cells[part] / length : 0;
+            for (k = 0; k < at->cells[part] && good; k++) {
+                int32_t i, count = 4 * (at->end - at->node), first = c->tables.count;
+                for (i = 0; i < count; i++)
+                    if (lensopt__coat_more(c, &c->tables) == NULL) return LFLARE_ERROR_MEMORY;
+                good = lensopt__coat_cell_make(c, coat, begin + length * k / at->cells[part], length / at->cells[part], (double *)c->tables.items + first);
+            }
+        }
+    }
+    if (!good) lensopt__coat_drop(c, &c->tables);
+    else lensopt__coat_trim(c, &c->tables);
+    return LFLARE_OK;
+}
+
 /* -- what of them each ghost takes -- */
 
 static lflare_result lensopt__coat_term_add(lensopt_coatings *c, double weight, int32_t at)
@@ -2538,7 +2655,7 @@ static lflare_result lensopt__coat_mirrors_make(lensopt_coatings *c, lensopt__co
 }
 
 /* What passes: how often each surface is crossed, by running sums, and how angles differ from the first nodes', where it matters: terms below
-   2e-8 are left. weights: of all nodes, zeroes. */
+   5e-7 are left. weights: of all nodes, zeroes. */
 static lflare_result lensopt__coat_terms_make(lensopt_coatings *c, lensopt__coat_beam *beam, int32_t channel, double *weights)
 {
     const lensopt__coat_panel *panels = (const lensopt__coat_panel *)c->panels.items;
@@ -2566,7 +2683,7 @@ static lflare_result lensopt__coat_terms_make(lensopt_coatings *c, lensopt__coat
     for (i = 0; i < c->panels.count; i++)
         for (k = 0; k < panels[i].count && !panels[i].mirror; k++) {
             double weight = weights[panels[i].node + k];
-            if (fabs(weight) * panels[i].reach[k] > (k == 0 ? 0 : 2e-8) && lensopt__coat_term_add(c, weight, panels[i].node + k) != LFLARE_OK) return LFLARE_ERROR_MEMORY;
+            if (fabs(weight) * panels[i].reach[k] > (k == 0 ? 0 : 5e-7) && lensopt__coat_term_add(c, weight, panels[i].node + k) != LFLARE_OK) return LFLARE_ERROR_MEMORY;
         }
     beam->terms.end = c->terms.count;
     return LFLARE_OK;
@@ -2589,6 +2706,7 @@ static lflare_result lensopt__coat_program_make(lensopt_coatings *c, lflare_erro
         if (result == LFLARE_OK) result = lensopt__coat_terms_make(c, beam, i % LFLARE_WAVELENGTHS, weights);
     }
     lensopt__coat_drop(c, &c->passes);
+    if (result == LFLARE_OK) result = lensopt__coat_table_make(c);
     return result == LFLARE_OK ? LFLARE_OK : lensopt__coat_no_memory(error);
 }
 
@@ -2639,6 +2757,7 @@ LENSOPT_API lflare_result lensopt_coatings_create(const lensopt_coatings_desc *d
     c->shown.item = sizeof(lensopt__coat_shown);
     c->passes.item = sizeof(lensopt__coat_pass);
     c->matched.item = sizeof(lflare_pair);
+    c->tables.item = sizeof(double);
     result = lensopt__coat_coatings_make(c, desc, error);
     if (result == LFLARE_OK) *out = c;
     else lensopt_coatings_destroy(c);
@@ -2656,6 +2775,7 @@ LENSOPT_API void lensopt_coatings_destroy(lensopt_coatings *c)
     lensopt__coat_drop(c, &c->shown);
     lensopt__coat_drop(c, &c->passes);
     lensopt__coat_drop(c, &c->matched);
+    lensopt__coat_drop(c, &c->tables);
     c->allocate(c->user, c, sizeof *c, 0);
 }
 
