@@ -298,8 +298,8 @@ LENSOPT_API void lensopt_coatings_destroy(lensopt_coatings *coatings); /* NULL i
 
 /* What a search needs; it points into *coatings. f = sum over the ghosts that count of weight * (|target / sum - rgb / sum| + brightness *
    |ln(sum of irradiance / sum of target)|), over three channels: at 0 brightness the measure of Van Acoleyen 2025, 5.6.4 (there every
-   weight is 1). polish minimises the same by Levenberg's and Marquardt's steps on squares that are weighed anew at each step, so that
-   their sum is f, and never returns a worse point. W is within 1e-4 of lflare_ghost_weight's, a channel that has next to no light
+   weight is 1). polish takes Levenberg's and Marquardt's steps on squares, each over its distance or the mean of all if that is more,
+   anew at each step, as f falls, and never returns a worse point. W is within 1e-4 of lflare_ghost_weight's, a channel that has next to no light
    (reflectance below 1e-4) aside. A core evaluates 1.6 million quarter-wave coatings or 0.35 million layers a second for 13 ghosts of 8 surfaces,
    0.09 and 0.055 million for 171 of 27. 160 KB of stack; polish takes memory from libc, or does nothing where there is none. */
 LENSOPT_API void lensopt_coatings_function(const lensopt_coatings *coatings, lensopt_function *out);
@@ -1965,8 +1965,8 @@ static void lensopt__coat_normal_add(const lensopt__coat_slopes *s, const double
     }
 }
 
-/* The normal equations at a point where f is known. Squares of a distance are weighed by 1 over it, but for ghosts that have nearly all
-   they want, among whom none shall rule. */
+/* The normal equations at a point where f is known. Squares of a distance are weighed by 1 over it, which makes them
+   distances, but by no more than 1 over the mean: ghosts that have nearly all they want shall not rule. */
 static void lensopt__coat_normal_make(const lensopt__coat_slopes *s, double f)
 {
     const lensopt_coatings *c = s->c;
