@@ -61,7 +61,7 @@ $(B)/test_reference $(B)/test_aberration $(B)/test_traced $(B)/test_paths: $(B)/
 $(B)/test_import: tests/test_import.c lenses/lensimport.h lensflare.h | $(B)
 	$(CC) $(ALL) $< -o $@ -lcmocka -lm
 
-$(B)/test_spots $(B)/test_edit $(B)/test_target: $(B)/test_%: tests/test_%.c lensopt.h lensflare.h | $(B)
+$(B)/test_spots $(B)/test_edit $(B)/test_target $(B)/test_coatings: $(B)/test_%: tests/test_%.c lensopt.h lensflare.h | $(B)
 	$(CC) $(ALL) $< -o $@ -lcmocka -lm
 
 $(B)/test_search: tests/test_search.c lensopt.h lensflare.h | $(B)
