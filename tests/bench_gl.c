@@ -175,17 +175,17 @@ static lflare_gl_function load_lit(const char *name)
     return strcmp(name, "glShaderSource") == 0 ? (lflare_gl_function)lit_source : load(name);
 }
 
-static void open_target(void)
+static void open_target(GLint format, int width, int height)
 {
     GLuint texture, framebuffer;
     glGenTextures(1, &texture);
     glBindTexture(GL_TEXTURE_2D, texture);
-    glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, W, H, 0, GL_RGBA, GL_FLOAT, NULL);
+    glTexImage2D(GL_TEXTURE_2D, 0, format, width, height, 0, GL_RGBA, GL_FLOAT, NULL);
     glGenFramebuffers(1, &framebuffer);
     glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
     glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, texture, 0);
     if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) exit(2);
-    glViewport(0, 0, W, H);
+    glViewport(0, 0, width, height);
 }
 
 static GLuint shader_of(GLenum kind, const char *text)
@@ -555,25 +555,145 @@ static void bench_diffraction(lflare_gl *gl, const char *path, double fnumber)
     }
 }
 
+/* ---- a game's frame ---- */
+
+enum { WIDE = 1920, HIGH = 1080, GAME_FRAMES = 100 };
+
+/* Microseconds of a frame whose lights move: the CPU's for building it, for handing it to GL; the GPU's own; and per frame where frames follow each
+   other without waiting, as in a game. The first draw comes before. */
+typedef struct game_frame {
+    double build, submit, gpu, wall;
+} game_frame;
+
+static game_frame game_frame_of(lflare_gl *gl, lflare *flare, int lights)
+{
+    static double build[GAME_FRAMES], submit[GAME_FRAMES], gpu[GAME_FRAMES];
+    static GLuint queries[GAME_FRAMES];
+    lflare_view view = {0};
+    lflare_light light[16];
+    game_frame out;
+    double began;
+    int k;
+    view.width = WIDE;
+    view.height = HIGH;
+    glGenQueries(GAME_FRAMES, queries);
+    for (k = -20; k < GAME_FRAMES; k++) { /* the first wake the GPU */
+        double start = now(), built;
+        move_lights(light, lights, k + 20);
+        lflare_frame(flare, &view, light, lights);
+        built = now();
+        if (k >= 0) glBeginQuery(GL_TIME_ELAPSED, queries[k]);
+        lflare_gl_draw(gl, lflare_get_tables(flare), lflare_get_frame(flare));
+        if (k >= 0) {
+            build[k] = built - start;
+            submit[k] = now() - built;
+            glEndQuery(GL_TIME_ELAPSED);
+        }
+        glFlush();
+    }
+    for (k = 0; k < GAME_FRAMES; k++) {
+        GLuint elapsed = 0;
+        glGetQueryObjectuiv(queries[k], GL_QUERY_RESULT, &elapsed);
+        gpu[k] = 1e-3 * elapsed;
+    }
+    glDeleteQueries(GAME_FRAMES, queries);
+    glFinish();
+    began = now();
+    for (k = 0; k < GAME_FRAMES; k++) {
+        move_lights(light, lights, k);
+        lflare_frame(flare, &view, light, lights);
+        lflare_gl_draw(gl, lflare_get_tables(flare), lflare_get_frame(flare));
+        glFlush();
+    }
+    glFinish();
+    out.wall = 1e6 * (now() - began) / GAME_FRAMES;
+    qsort(build, GAME_FRAMES, sizeof build[0], by_value);
+    qsort(submit, GAME_FRAMES, sizeof submit[0], by_value);
+    qsort(gpu, GAME_FRAMES, sizeof gpu[0], by_value);
+    out.build = 1e6 * build[GAME_FRAMES / 2];
+    out.submit = 1e6 * submit[GAME_FRAMES / 2];
+    out.gpu = gpu[GAME_FRAMES / 2];
+    return out;
+}
+
+/* Milliseconds of the first draw after a configure, its uploads done. */
+static double first_draw(lflare_gl *gl, lflare *flare)
+{
+    lflare_view view = {0};
+    lflare_light light;
+    double began;
+    view.width = WIDE;
+    view.height = HIGH;
+    move_lights(&light, 1, 0);
+    lflare_frame(flare, &view, &light, 1);
+    glFinish();
+    began = now();
+    lflare_gl_draw(gl, lflare_get_tables(flare), lflare_get_frame(flare));
+    glFinish();
+    return 1e3 * (now() - began);
+}
+
+/* All models, ghosts alone and whole flares. Only on a GPU: llvmpipe would take minutes. */
+static void bench_game(lflare_gl *gl, const char *path, double fnumber)
+{
+    static const char *const names[3] = {"paraxial  ", "polynomial", "traced    "};
+    lflare_settings plain = ghosts_alone();
+    lflare *flare = open_lens(path, &plain, NULL);
+    double seconds, paraxial[4] = {0};
+    size_t size;
+    void *fit = fit_of(flare, &size, &seconds);
+    int model, whole;
+    printf("game, %s, f/%g, %d x %d, RGBA16F; microseconds\n", name_of(flare), fnumber, WIDE, HIGH);
+    lflare_destroy(flare);
+    for (model = 0; model < 3; model++)
+        for (whole = 0; whole < 2; whole++) {
+            lflare_settings settings = plain;
+            double first, again;
+            int lights;
+            settings.fnumber = fnumber;
+            settings.no_ringing = settings.no_starburst = !whole;
+            settings.model = model == 0 ? LFLARE_MODEL_PARAXIAL : model == 1 ? LFLARE_MODEL_POLYNOMIAL : LFLARE_MODEL_TRACED;
+            flare = open_fitted(path, &settings, NULL, fit, size);
+            first = first_draw(gl, flare);
+            settings.fnumber = 1.2 * (double)lflare_get_tables(flare)->fnumber;
+            if (lflare_configure(flare, &settings, NULL) < 0) exit(2);
+            again = first_draw(gl, flare);
+            settings.fnumber = fnumber;
+            if (lflare_configure(flare, &settings, NULL) < 0) exit(2);
+            for (lights = 1; lights <= 16; lights += 15) {
+                game_frame f = game_frame_of(gl, flare, lights);
+                double *base = &paraxial[2 * whole + lights / 16];
+                if (model == 0) *base = f.gpu;
+                printf("  %s %s %2d light%s  CPU: frame %7.2f, draw %7.2f; GPU %8.1f (%5.2f of paraxial); frame after frame %8.1f; %6d instances", names[model],
+                       whole ? "whole " : "ghosts", lights, lights == 1 ? " " : "s", f.build, f.submit, f.gpu, f.gpu / *base, f.wall, (int)lflare_get_frame(flare)->instance_count);
+                if (lights == 1) printf("; first draw %.2f ms, after a change of the iris %.2f ms", first, again);
+                printf("\n");
+            }
+            lflare_destroy(flare);
+        }
+    free(fit);
+}
+
 static void bench_gpu(void)
 {
     static const struct {
         const char *path;
         double fnumber;
     } frames[3] = {{"lenses/heliar-tronnier.lens", 22}, {"lenses/nikon-80-200-mid.lens", 2.8}, {"lenses/nikon-80-200-mid.lens", 8}};
+    const char *which = getenv("GL_HOST") != NULL && strcmp(getenv("GL_HOST"), "gpu") == 0 ? "gpu" : "egl";
     gl_host context;
     lflare_gl *gl, *throwing;
     GLuint program, array;
     int i;
-    if (!gl_host_open(&context, "egl", 0)) {
+    if (!gl_host_open(&context, which, 0)) {
         printf("gl: no GL 3.3 without a window here, so nothing is measured on it\n");
         gl_host_close(&context);
         return;
     }
-    printf("gl: %s; %d x %d, RGBA32F\n", (const char *)glGetString(GL_RENDERER), W, H);
+    printf("gl: %s, %s; %d x %d, RGBA32F\n", (const char *)glGetString(GL_RENDERER), (const char *)glGetString(GL_VERSION), W, H);
     glGenVertexArrays(1, &array);
     glBindVertexArray(array);
-    open_target();
+    open_target(GL_RGBA32F, W, H);
     program = fill_program();
     gl = create_gl(load, 0);
     throwing = create_gl(load_lit, 0);
@@ -585,6 +705,8 @@ static void bench_gpu(void)
     bench_models(gl, "lenses/heliar-tronnier.lens");
     bench_models(gl, "lenses/nikon-80-200-mid.lens");
     for (i = 0; i < 4; i++) bench_budgets(gl, i < 2 ? "lenses/heliar-tronnier.lens" : "lenses/nikon-80-200-mid.lens", i % 2);
+    open_target(GL_RGBA16F, WIDE, HIGH);
+    for (i = 0; i < 4 && has_gpu_clock(); i++) bench_game(gl, i < 2 ? "lenses/heliar-tronnier.lens" : "lenses/nikon-80-200-mid.lens", i % 2 ? 8 : 0);
     if (glGetError() != GL_NO_ERROR) printf("gl: GL complained\n");
     lflare_gl_destroy(gl);
     lflare_gl_destroy(throwing);

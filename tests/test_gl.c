@@ -156,13 +156,22 @@ static lflare_gl_function load(const char *name)
     return (lflare_gl_function)eglGetProcAddress(name);
 }
 
+/* GL_HOST=gpu in the environment asks for a GPU by EGL's list; OSMesa cannot be had, whose functions are not those linked here. */
+static const char *egl_or_gpu(void)
+{
+    const char *which = getenv("GL_HOST");
+    return which != NULL && strcmp(which, "gpu") == 0 ? which : "egl";
+}
+
 static int open_target(int es)
 {
-    if (!gl_host_open(&context, "egl", es)) {
+    static int told[2];
+    if (!gl_host_open(&context, egl_or_gpu(), es)) {
         print_message("no %s context without a window here, skipped: %s\n", es ? "ES 3.0" : "GL 3.3", context.why);
         gl_host_close(&context);
         return 0;
     }
+    if (!told[es]++) print_message("%s: %s, %s\n", es ? "ES 3.0" : "GL 3.3", (const char *)glGetString(GL_RENDERER), (const char *)glGetString(GL_VERSION));
     glGenTextures(1, &target);
     glBindTexture(GL_TEXTURE_2D, target);
     glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, W, H, 0, GL_RGBA, GL_FLOAT, NULL);
