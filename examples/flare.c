@@ -877,6 +877,7 @@ static void render_gl(const lflare *flare, const lflare_image *image)
     desc.load = host.load;
     desc.log = log;
     desc.log_size = sizeof log;
+    desc.models = 1u << lflare_get_tables(flare)->model;
     if (lflare_gl_create(&desc, &renderer, &error) != LFLARE_OK) complain("--backend gl: %s%s%s", error.text, log[0] ? "\n" : "", log);
     if (!gl_target_open(&gl, &target, GL_RGBA32F, image->width, image->height, 0))
         complain("--backend gl: this GL has no float target of %d x %d pixels", image->width, image->height);
