@@ -64,7 +64,7 @@ $(B)/test_import: tests/test_import.c lenses/lensimport.h lensflare.h | $(B)
 $(B)/test_spots $(B)/test_edit $(B)/test_target $(B)/test_coatings: $(B)/test_%: tests/test_%.c lensopt.h lensflare.h | $(B)
 	$(CC) $(ALL) $< -o $@ -lcmocka -lm
 
-$(B)/test_search: tests/test_search.c lensopt.h lensflare.h | $(B)
+$(B)/test_search $(B)/test_problem: $(B)/test_%: tests/test_%.c lensopt.h lensflare.h | $(B)
 	$(CC) $(ALL) $< -o $@ -lcmocka $(THREADS) -lm
 
 $(B)/test_diffraction: tests/test_diffraction.c tests/fresnel.h lensflare.h | $(B)

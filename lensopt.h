@@ -425,7 +425,7 @@ typedef struct lensopt_problem_desc {
     lensopt_range index;              /* of glass, at 510 nm; 1.5 to 2 */
     lensopt_range stop_radius;        /* mm; 0.1 to 20 */
     double least_radius;              /* of curvature, mm; 0: 5 */
-    /* What makes a lens a lens: penalties for what lies outside, 0 inside; 0, 0: none. */
+    /* What makes a lens a lens: penalties for what lies outside, 0 inside; 0, 0: none. At the d line; glasses have the base's Abbe numbers, or usual ones. */
     lensopt_range efl, back_focus, fnumber, length; /* mm; back_focus: the last gap; fnumber: with the iris; length: first surface to sensor */
     double focus;                     /* the image of what is far lies this near to the sensor, mm; 0: anywhere */
     double glass_edge, air_edge;      /* least gaps at the edge of what the direct light passes, mm; 0: any */
@@ -1737,6 +1737,7 @@ struct lensopt_problem {
     int32_t constrained;             /* some of what makes a lens a lens is asked for */
     lensopt__design fixed;           /* what is no variable */
     double base_opening;             /* the base's full one */
+    double abbe[LENSOPT_MAX_SEARCHED]; /* of the base's glasses; 0: air, or no base */
     double fraction;                 /* of its gap in front of the stop, where its place is none */
     lensopt__limits limits[LENSOPT_MAX_SEARCHED];
     int32_t variables, place_of, iris_of, index_of[LENSOPT_MAX_SEARCHED]; /* -1: fixed */
@@ -1799,8 +1800,10 @@ static void lensopt__decode(const lensopt_problem *p, const double *x, lensopt__
     }
     for (i = 0; i < p->variables; i++) {
         int32_t row = p->variable[i].row;
-        const lensopt_range *r = d->n[row] == 1 ? &p->limits[row].air_gap : &p->limits[row].glass_gap;
-        if (p->variable[i].kind == LENSOPT__GAP) d->d[row] = lensopt__clamped(d->d[row], r->lo, r->hi);
+        const lensopt_range *r;
+        if (p->variable[i].kind != LENSOPT__GAP) continue;
+        r = d->n[row] == 1 ? &p->limits[row].air_gap : &p->limits[row].glass_gap;
+        d->d[row] = lensopt__clamped(d->d[row], r->lo, r->hi);
     }
     d->stop = lensopt__stop_of(p, x);
     if (d->stop < 0) d->ahead = p->place_of < 0 ? p->fixed.ahead : -place * p->desc.air_gap.hi;
@@ -2011,6 +2014,26 @@ static double lensopt__out_of(double v, lensopt_range r)
     return r.hi == 0 ? 0 : 10 * (v < r.lo ? v - r.lo : v > r.hi ? v - r.hi : 0) / r.hi;
 }
 
+/* Abbe number of the glass behind surface i where its index is n at 510 nm: the base's own if that is glass, too, or what is usual. */
+static double lensopt__abbe(const lensopt_problem *p, int32_t i, double n)
+{
+    static const double usual[6][2] = {{1.4, 75}, {1.515, 60.4}, {1.626, 36.4}, {1.75, 28.2}, {1.861, 23.8}, {2.12, 17}}; /* n, Vd of common crowns and flints */
+    int32_t k = 0;
+    if (p->abbe[i] > 0) return p->abbe[i];
+    while (k < 4 && n > usual[k + 1][0]) k++;
+    return fmax(15, usual[k][1] + (n - usual[k][0]) * (usual[k + 1][1] - usual[k][1]) / (usual[k + 1][0] - usual[k][0]));
+}
+
+/* Index at the d line, at which focal lengths are meant, of what has n at 510 nm, by n = A + B / nm^2 (LFLARE_MEDIUM_ABBE). */
+static double lensopt__nd(const lensopt_problem *p, int32_t i, double n)
+{
+    const double d = 1 / (587.5618 * 587.5618), share = (1 / (510.0 * 510.0) - d) / (1 / (486.1327 * 486.1327) - 1 / (656.2725 * 656.2725));
+    double v;
+    if (n == 1) return 1;
+    v = share / lensopt__abbe(p, i, n);
+    return (n + v) / (1 + v);
+}
+
 /* The direct path: heights before each surface and behind the last gap, per entrance height [0] and slope [1], and the power. */
 typedef struct lensopt__direct {
     double y[LENSOPT_MAX_SEARCHED + 1][2], power, a00, a01;
@@ -2063,14 +2086,19 @@ static double lensopt__sag(double c, double y)
 static double lensopt__edge_of(const lensopt__design *d, int32_t s, double y) { return d->d[s] + (s + 1 < d->surfaces ? lensopt__sag(d->c[s + 1], y) : 0) - lensopt__sag(d->c[s], y); }
 
 /* out: LENSOPT__CONSTRAINTS residuals, 0 where a lens is as it should be; returns how many. */
-static int32_t lensopt__constraints(const lensopt_problem *p, const lensopt__design *d, double *out)
+static int32_t lensopt__constraints(const lensopt_problem *p, const lensopt__design *at_510, double *out)
 {
+    lensopt__design at_d = *at_510;
+    const lensopt__design *d = &at_d;
     const lensopt_problem_desc *desc = &p->desc;
     lensopt__direct path;
     double length = 0, y = 0;
     int32_t s, count = 0;
+    for (s = 0; s < d->surfaces; s++) {
+        at_d.n[s] = lensopt__nd(p, s, at_510->n[s]);
+        length += d->d[s];
+    }
     lensopt__direct_path(d, &path);
-    for (s = 0; s < d->surfaces; s++) length += d->d[s];
     /* by power, which has no pole */
     if (desc->efl.hi > 0) {
         double lo = 1 / desc->efl.hi, hi = desc->efl.lo > 0 ? 1 / desc->efl.lo : HUGE_VAL;
@@ -2616,7 +2644,8 @@ typedef struct lensopt__descent {
     int32_t held[LENSOPT_MAX_VARIABLES];
     void *memory;
     lensopt__vec *normal, *factor;                  /* behind this: a row of vectors a variable; a triangle of lanes */
-    double *constraint_slopes;                      /* a row each, behind those */
+    double *costs;                                  /* goals by ghosts */
+    double *constraint_slopes;                      /* a row each */
 } lensopt__descent;
 
 LENSOPT__INLINE void lensopt__load_lanes(lensopt__descent *w, int lanes)
@@ -2713,7 +2742,7 @@ static double lensopt__total(const lensopt__descent *w, int l)
 /* Column 1 to count: a ghost, which is then not too many; behind them: none. */
 static double lensopt__column_cost(const lensopt__descent *w, int32_t goal, int32_t column)
 {
-    return column <= w->count ? lensopt__cost(w, goal, column - 1) - lensopt__surplus(w, column - 1) : w->p->missing[goal];
+    return column <= w->count ? w->costs[goal * w->count + column - 1] : w->p->missing[goal];
 }
 
 /* Shortest augmenting path for one more goal (Kuhn and Munkres with potentials). */
@@ -2757,6 +2786,10 @@ static void lensopt__augment(lensopt__descent *w, int32_t goal)
 static void lensopt__assign(lensopt__descent *w)
 {
     int32_t columns = w->count + w->p->goals, g, j;
+    for (j = 0; j < w->count; j++) {
+        double surplus = lensopt__surplus(w, j);
+        for (g = 0; g < w->p->goals; g++) w->costs[g * w->count + j] = lensopt__cost(w, g, j) - surplus;
+    }
     for (j = 0; j <= columns; j++) {
         w->taken[j] = -1;
         w->price[j] = 0;
@@ -3070,7 +3103,8 @@ static lensopt__descent *lensopt__descent_create(const lensopt_problem *p, size_
     int32_t vectors = (p->variables + LENSOPT__LANES - 1) / LENSOPT__LANES;
     lensopt__descent *w;
     char *memory;
-    *size = sizeof *w + sizeof(lensopt__vec) * (size_t)(vectors * p->variables + p->variables * (p->variables + 1) / 2) + 64 + (p->constrained ? sizeof(double) * (size_t)(LENSOPT__CONSTRAINTS * p->variables) : 0);
+    *size = sizeof *w + sizeof(lensopt__vec) * (size_t)(vectors * p->variables + p->variables * (p->variables + 1) / 2) + 64 +
+            sizeof(double) * (size_t)(p->goals * lensopt__pairs_of(p->surfaces) + (p->constrained ? LENSOPT__CONSTRAINTS * p->variables : 0));
     memory = (char *)p->desc.allocate(p->desc.allocate_user, NULL, 0, *size);
     if (memory == NULL) return NULL;
     w = (lensopt__descent *)(void *)(memory + 32 - ((uintptr_t)memory & 31));
@@ -3079,7 +3113,8 @@ static lensopt__descent *lensopt__descent_create(const lensopt_problem *p, size_
     w->vectors = vectors;
     w->normal = (lensopt__vec *)(void *)(((uintptr_t)(w + 1) + 31) & ~(uintptr_t)31);
     w->factor = w->normal + vectors * p->variables;
-    w->constraint_slopes = (double *)(void *)(w->factor + p->variables * (p->variables + 1) / 2);
+    w->costs = (double *)(void *)(w->factor + p->variables * (p->variables + 1) / 2);
+    w->constraint_slopes = w->costs + p->goals * lensopt__pairs_of(p->surfaces);
     w->jacobian = w->residuals = NULL;
     return w;
 }
@@ -3143,7 +3178,8 @@ static double lensopt__descend(lensopt__descent *w, double *x, int32_t steps, in
     *done = 0;
     if (!(sum < HUGE_VAL) || (w->p->desc.objective == LENSOPT_THESIS && w->count < w->p->goals)) return HUGE_VAL;
     memcpy(x, w->x[0], sizeof *x * (size_t)w->p->variables);
-    return lensopt__steps(w, x, sum, steps, done);
+    sum = lensopt__steps(w, x, sum, steps, done);
+    return *done > 0 ? lensopt__place_at(w, x) : sum; /* another assignment may be better yet */
 }
 
 /* -- as a function -- */
@@ -3196,7 +3232,7 @@ static int32_t lensopt__sample_order(const lensopt_problem *p, uint64_t *random,
         int32_t more;
         k = (int32_t)(lensopt_random(random) * n);
         more = lensopt__pairs_at(n, k) - p->goals;
-        ok = more >= 0 && lensopt_random(random) * (1 + more) < 1;
+        ok = more >= 0 && lensopt_random(random) * (1 + more) < 1 && k != 0 && k != n - 2;
     }
     for (tries = 0, ok = 0; tries < 1000 && !ok; tries++) {
         for (i = 0; i < n; i++) air[i] = i + 1 == n || (lensopt_random(random) < 0.4 && i > 0);
@@ -3289,6 +3325,16 @@ static int32_t lensopt__surfaces_for(int32_t ghosts)
     return 0;
 }
 
+static void lensopt__base_abbe(lensopt_problem *p)
+{
+    int32_t i;
+    for (i = 0; i < p->fixed.surfaces; i++) {
+        const lflare_medium *m = &p->base.surfaces[lensopt__row(&p->base, i)].medium;
+        double spread = lflare_index(m, 486.1327) - lflare_index(m, 656.2725);
+        p->abbe[i] = spread > 0 ? lensopt__clamped((lflare_index(m, 587.5618) - 1) / spread, 10, 200) : 0;
+    }
+}
+
 static lflare_result lensopt__problem_base(lensopt_problem *p, lflare_error *error)
 {
     lflare_lens lens;
@@ -3300,6 +3346,7 @@ static lflare_result lensopt__problem_base(lensopt_problem *p, lflare_error *err
     p->has_base = 1;
     p->base = lens.prescription;
     lensopt__design_of(&p->base, &p->fixed);
+    lensopt__base_abbe(p);
     p->base_opening = p->fixed.iris;
     if (p->desc.iris > 0) p->fixed.iris = p->desc.iris;
     p->surfaces = p->fixed.surfaces;
@@ -3391,19 +3438,13 @@ LENSOPT_API lflare_result lensopt_problem_point(const lensopt_problem *p, const 
     return LFLARE_OK;
 }
 
-/* A glass of this index at 510 nm with the dispersion that is usual for it. */
-static void lensopt__glass(double n, lflare_medium *out)
+/* The glass of a gap, whose index is n at 510 nm. */
+static void lensopt__glass(const lensopt_problem *p, int32_t i, double n, lflare_medium *out)
 {
-    static const double usual[6][2] = {{1.4, 75}, {1.511, 60.4}, {1.62, 36.4}, {1.74, 28.2}, {1.847, 23.8}, {2.1, 17}}; /* nd, Vd of common flints and crowns */
-    int32_t i, k = 0;
     memset(out, 0, sizeof *out);
     out->kind = LFLARE_MEDIUM_ABBE;
-    out->c[0] = n;
-    for (i = 0; i < 8; i++) {
-        while (k < 4 && out->c[0] > usual[k + 1][0]) k++;
-        out->c[1] = fmax(15, usual[k][1] + (out->c[0] - usual[k][0]) * (usual[k + 1][1] - usual[k][1]) / (usual[k + 1][0] - usual[k][0]));
-        out->c[0] += n - lflare_index(out, lensopt__nm[1]);
-    }
+    out->c[0] = lensopt__nd(p, i, n);
+    out->c[1] = lensopt__abbe(p, i, n);
 }
 
 /* Surface i of a candidate; the base's own where nothing of it has changed. */
@@ -3420,7 +3461,7 @@ static void lensopt__surface_of(const lensopt_problem *p, const lensopt__design 
     }
     if (was == NULL || fabs(p->fixed.n[i] - d->n[i]) > 1e-9) {
         memset(&out->medium, 0, sizeof out->medium);
-        if (d->n[i] != 1) lensopt__glass(d->n[i], &out->medium);
+        if (d->n[i] != 1) lensopt__glass(p, i, d->n[i], &out->medium);
     }
     out->thickness = d->d[i];
 }
@@ -3565,7 +3606,7 @@ LENSOPT_API lflare_result lensopt_problem_residuals(const lensopt_problem *p, co
 {
     lensopt__descent *w;
     size_t size;
-    int32_t room;
+    int32_t room, v, i;
     if (p == NULL || x == NULL || rows == NULL || *rows < 0 || (*rows > 0 && (residuals == NULL || jacobian == NULL))) return LFLARE_ERROR_ARGUMENT;
     w = lensopt__descent_create(p, &size);
     if (w == NULL) return LFLARE_ERROR_MEMORY;
@@ -3577,6 +3618,8 @@ LENSOPT_API lflare_result lensopt_problem_residuals(const lensopt_problem *p, co
         w->jacobian = jacobian;
         w->residuals = residuals;
         lensopt__normal_equations(w, 0);
+        for (v = 0; v < p->variables; v++)
+            for (i = 0; i < *rows && (x[v] < w->lo[v] || x[v] > w->hi[v]); i++) jacobian[i * p->variables + v] = 0; /* cut off there, for a gap of that kind */
     }
     p->desc.allocate(p->desc.allocate_user, w->memory, size, 0);
     return room >= *rows ? LFLARE_OK : LFLARE_INCOMPLETE;
