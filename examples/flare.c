@@ -190,6 +190,16 @@ static int finish(void)
 #define PATH_OPTIONS "--across-stop --four "
 enum { FOUR = 64 /* ghosts that --four keeps */, MAX_COATINGS = 32 /* of one flare edit */, MAX_CHANGES = 256 /* of a target */ };
 
+typedef struct optimize_options { /* of flare optimize; 0 or NULL: not asked for */
+    const char *base, *resume, *checkpoint, *picture;
+    lensopt_method method;
+    lensopt_objective objective;
+    int scratch, keep_order, surfaces, threads, top, has_seed;
+    int64_t evaluations;
+    double time, goal, focus, edges[2];
+    lensopt_range efl, back_focus, length, fstop;
+} optimize_options;
+
 typedef struct options {
     const char *operands[2];
     int operand_count;
@@ -206,6 +216,7 @@ typedef struct options {
     int coating_count, mirror, move_behind; /* rows from 1, 0 for none */
     double stop_factor, pupil_factor, size_factor, move_fraction, target[3]; /* 0: not asked for */
     double ax, ay, fov, fnumber, rotation, curvature, radius, exposure, lambda0, angle, softness, streak, squeeze, sensor_width, imperfection;
+    optimize_options optimize;
 } options;
 
 static double number(const char *option, const char *text, double lo, double hi)
@@ -296,6 +307,8 @@ static void read_model(options *o, const char *option, const char *text)
 static int lens_config; /* import.h */
 static int edit_option(options *o, const char *command, const char *name, const char *value); /* edit.h */
 static void print_help_edit(FILE *file);
+static int optimize_option(options *o, const char *command, const char *name, const char *value); /* optimize.h */
+static void print_help_optimize(FILE *file);
 
 /* `allowed`: the command's options, each with blanks around it. */
 static options parse(int argc, char **argv, const char *allowed, int operands)
@@ -328,10 +341,12 @@ static options parse(int argc, char **argv, const char *allowed, int operands)
         if (strcmp(name, "--ghosts-only") == 0) { o.ghosts_only = 1; continue; }
         if (strcmp(name, "--across-stop") == 0) { o.paths.across_stop = 1; continue; }
         if (strcmp(name, "--four") == 0) { o.paths.four = FOUR; continue; }
-        if (strcmp(name, "--focus") == 0) { o.focus = 1; continue; }
+        if (strcmp(name, "--focus") == 0 && strcmp(argv[1], "convert") == 0) { o.focus = 1; continue; }
+        if (strcmp(name, "--scratch") == 0) { o.optimize.scratch = 1; continue; }
+        if (strcmp(name, "--keep-order") == 0) { o.optimize.keep_order = 1; continue; }
         if (++i == argc) complain("%s: a value is missing", name);
         value = argv[i];
-        if (edit_option(&o, argv[1], name, value)) continue;
+        if (edit_option(&o, argv[1], name, value) || optimize_option(&o, argv[1], name, value)) continue;
         if (strcmp(name, "-o") == 0) o.out = value;
         else if (strcmp(name, "--catalogue") == 0) o.catalogue = value;
         else if (strcmp(name, "--layers") == 0) o.layers = value;
@@ -383,7 +398,7 @@ static options parse(int argc, char **argv, const char *allowed, int operands)
             two_numbers(name, value, ',', -89, 89, &o.ax, &o.ay);
         }
     }
-    if (o.operand_count < operands) complain("'flare %s' needs %s; see flare --help", argv[1], strcmp(argv[1], "glass") == 0 ? "a name, or ND,VD" : operands == 1 ? "a lens file" : "two arguments");
+    if (o.operand_count < operands) complain("'flare %s' needs %s; see flare --help", argv[1], strcmp(argv[1], "glass") == 0 ? "a name, or ND,VD" : strcmp(argv[1], "optimize") == 0 ? "a target, which flare target makes" : operands == 1 ? "a lens file" : "two arguments");
     return o;
 }
 
@@ -1573,6 +1588,7 @@ static int command_coating(int argc, char **argv)
 }
 
 #include "edit.h"
+#include "optimize.h"
 
 int main(int argc, char **argv)
 {
@@ -1582,7 +1598,7 @@ int main(int argc, char **argv)
     } commands[] = {{"info", command_info}, {"ghosts", command_ghosts},   {"trace", command_trace},     {"render", command_render},
                     {"starburst", command_starburst}, {"fit", command_fit},   {"diagram", command_diagram}, {"compare", command_compare}, {"coating", command_coating},
                     {"convert", command_convert}, {"check", command_check},   {"glass", command_glass},
-                    {"edit", command_edit}, {"colour-map", command_colour_map}, {"target", command_target}};
+                    {"edit", command_edit}, {"colour-map", command_colour_map}, {"target", command_target}, {"optimize", command_optimize}};
     size_t i;
     int k;
     for (k = 1; k < argc; k++)
