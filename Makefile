@@ -3,7 +3,7 @@
 # make test    everything that is checked; installs what it needs when run as root, else says what to install
 # make bench   speed, as ratios side by side in one run
 # make bench-opt  the optimiser, beside pagmo 2 (libpagmo-dev): PART=functions, rate, heliar, canon, scratch or constrained for one part, ARGS='time=5 seeds=2'
-#                 for less of it (tests/bench_opt.cpp has more); nine hours for all on two cores, functions two minutes, rate 15 s
+#                 for less of it (tests/bench_opt.cpp has more); five and a half hours for all on two cores, functions two minutes, rate 15 s
 # make models  how near each model of the ghosts comes to exact rays, on six lenses; the first run takes half an hour
 # make fringes draws irises as ghosts show them beside the exact integral, build/fringes.pgm; needs FFTW (libfftw3-dev)
 # make shaders writes shaders_embedded/*.glsl into lensflare.h

@@ -498,6 +498,19 @@ static likeness compare(const std::vector<disc> &target, const std::vector<disc>
     return out;
 }
 
+/* A target's picture, drawn once, and the PSNR of others against it. */
+struct view {
+    lensopt_light light;
+    double sensor_width, exposure;
+    std::vector<float> picture;
+    view(const std::vector<disc> &target, const lensopt_light &l, double width) : light(l), sensor_width(width), picture(draw(target, l, width))
+    {
+        exposure = 1 / lit_quantile(picture, 0.999);
+        picture = exposed(picture, exposure);
+    }
+    double likeness_of(const std::vector<disc> &result) const { return psnr(picture, exposed(draw(result, light, sensor_width), exposure)); }
+};
+
 /* ---- part: rate ---- */
 
 /* Median of nine times 0.1 s, in seconds a call. */
@@ -850,13 +863,14 @@ static checked check_lens(const lensopt_problem *p, const lensopt_problem_desc &
         if (last >= 0) {
             double gap = 0;
             for (int32_t k = last; k < i; k++) gap += d.surfaces[k].thickness;
-            c.least_edge = std::min(c.least_edge, gap + lflare_sag(&d.surfaces[i], d.surfaces[i].semi_diameter) - lflare_sag(&d.surfaces[last], d.surfaces[last].semi_diameter));
+            double rim = std::min(d.surfaces[i].semi_diameter, d.surfaces[last].semi_diameter);
+            c.least_edge = std::min(c.least_edge, gap + lflare_sag(&d.surfaces[i], rim) - lflare_sag(&d.surfaces[last], rim));
         }
         last = i;
     }
     for (int32_t i = 0; i < lens->note_count; i++) c.crossing += lens->notes[i].kind == LFLARE_NOTE_EDGES_CROSS;
     auto within = [](double v, lensopt_range r) { return v >= 0.999 * r.lo && v <= 1.001 * r.hi; };
-    c.ok = within(c.efl, desc.efl) && std::fabs(c.off_focus) <= 1.1 * desc.focus && within(c.fnumber, desc.fnumber) && within(c.length, desc.length) && c.crossing == 0;
+    c.ok = within(c.efl, desc.efl) && std::fabs(c.off_focus) <= 1.1 * desc.focus && within(c.fnumber, desc.fnumber) && within(c.length, desc.length) && c.crossing == 0 && c.least_edge > -1e-6;
     return c;
 }
 
@@ -929,17 +943,23 @@ static void constrained(const char *path, const std::vector<lensopt_light> &ligh
     lensopt_search_free(search);
     std::printf("     %10s %7s %8s %6s %7s %9s %5s  %-15s %s\n", "f", "EFL", "focus", "f/", "length", "edge", "cross", "PSNR: of lights", "other lights, model / with rims");
     double mean_model = 0, mean_rims = 0;
+    std::vector<problem_pointer> at_others;
+    std::vector<view> own_views, model_views, rim_views;
+    for (size_t l = 0; l < lights.size(); l++) own_views.emplace_back(discs_of(target.get(), static_cast<int32_t>(l)), lights[l], own.sensor_width);
+    for (const lensopt_light &light : others) {
+        at_others.push_back(make_problem(plain, model_target(plain, {light}).get(), LENSOPT_SEEN));
+        model_views.emplace_back(discs_of(shown(at_others.back().get(), truth, 0)), light, own.sensor_width);
+        rim_views.emplace_back(lens_discs(&own, lensopt_slope(&light), plain.iris), light, own.sensor_width);
+    }
     int good = 0;
     for (size_t i = 0; i < best.size(); i++) {
         lflare_lens found;
         double iris = 0, given = 0, model = 0, rims = 0;
         checked c = check_lens(p.get(), desc, best[i], &found, &iris);
-        for (size_t l = 0; l < lights.size(); l++)
-            given += compare(discs_of(target.get(), static_cast<int32_t>(l)), discs_of(shown(p.get(), best[i], static_cast<int32_t>(l))), lights[l], own.sensor_width, "").psnr / static_cast<double>(lights.size());
-        for (const lensopt_light &light : others) {
-            problem_pointer view = make_problem(plain, model_target(plain, {light}).get(), LENSOPT_SEEN);
-            model += compare(discs_of(shown(view.get(), truth, 0)), discs_of(shown(view.get(), best[i], 0)), light, own.sensor_width, "").psnr / static_cast<double>(others.size());
-            if (c.derived) rims += compare(lens_discs(&own, lensopt_slope(&light), plain.iris), lens_discs(&found, lensopt_slope(&light), iris), light, own.sensor_width, "").psnr / static_cast<double>(others.size());
+        for (size_t l = 0; l < lights.size(); l++) given += own_views[l].likeness_of(discs_of(shown(p.get(), best[i], static_cast<int32_t>(l)))) / static_cast<double>(lights.size());
+        for (size_t l = 0; l < others.size(); l++) {
+            model += model_views[l].likeness_of(discs_of(shown(at_others[l].get(), best[i], 0))) / static_cast<double>(others.size());
+            if (c.derived) rims += rim_views[l].likeness_of(lens_discs(&found, lensopt_slope(&others[l]), iris)) / static_cast<double>(others.size());
         }
         std::printf("  %2d %10.3g %7.2f %8.4f %6.2f %7.2f %9.3f %5d  %15.2f %10.2f / %.2f  %s\n", static_cast<int>(i + 1), values[i], c.efl, c.off_focus, c.fnumber, c.length, c.least_edge, c.crossing, given, model, rims,
                     !c.derived ? "no lens" : c.ok ? "ok" : "BROKEN");
