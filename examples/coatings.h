@@ -16,7 +16,7 @@ static const char help_coatings[] =
 static void print_help_coatings(FILE *file) { fputs(help_coatings, file); }
 
 /* Islands this small find the Heliar's coatings in 0.01 s, layers in 0.4 s, and quarter waves on 24 surfaces in 2 s; those that the library
-   takes for lenses, eight of 60, need ten times as long. */
+   takes for lenses, eight of 60, need two to ten times as long. */
 enum { COATINGS_ISLANDS = 4, COATINGS_POPULATION = 10 };
 
 static struct {
