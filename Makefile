@@ -41,7 +41,7 @@ TESTS    := $(patsubst tests/%.c,$(B)/%,$(if $(EGL),$(wildcard tests/test_*.c),$
 
 all: $(B)/flare $(EXAMPLES) $(if $(GLFW),$(WINDOWS),no-windows)
 
-$(B)/flare: examples/flare.c examples/gl_host.h examples/reference.h examples/diagram.h examples/import.h examples/edit.h examples/optimize.h lenses/lensimport.h lensopt.h lensflare.h | $(B)
+$(B)/flare: examples/flare.c examples/gl_host.h examples/reference.h examples/diagram.h examples/import.h examples/edit.h examples/optimize.h examples/coatings.h lenses/lensimport.h lensopt.h lensflare.h | $(B)
 	$(CC) $(ALL) $(FLAREPNG) $< -o $@ $(LIBPNG) $(LIBDL) $(THREADS) -lm
 
 $(WINDOWS): $(B)/%: examples/%.c examples/gl_host.h lensflare.h | $(B)

@@ -294,7 +294,7 @@ typedef struct lensopt_search_desc {
     lensopt_function function;    /* arrays are copied */
     lensopt_method method;
     int32_t islands;              /* 0: 15; memetic 8 */
-    int32_t population;           /* of an island, at least 4; 0: 15 for each variable (Van Acoleyen 2025), at least 16; memetic 60 */
+    int32_t population;           /* of an island, at least 4; 0: 15 for each variable (Van Acoleyen 2025), at least 16; memetic 20 */
     uint64_t seed;
     int32_t threads;              /* the calling one among them, at most one an island works; 0: as many as there are processors. Results do not depend on it */
     const double *starts;         /* start_count points, copied: every island begins with them. They are moved into the bounds */
@@ -312,12 +312,12 @@ typedef struct lensopt_search_desc {
 
     int32_t polish_steps;         /* memetic: 1 to 10000; 0: 40 */
     int32_t patience;             /* generations without a better point (by a thousandth) after which an island keeps its champion and
-                                     begins anew; 0: memetic 20, others -1; -1: never */
+                                     begins anew; 0: memetic 50, others -1; -1: never */
 
     lensopt_topology topology;
     int32_t migrants;             /* from an island to another, at most population / 2; 0: 1 */
     lensopt_policy policy;        /* best: replaces the worst if it is better; random: any but the best */
-    int32_t period;               /* generations from one migration to the next; 0: 10; memetic 2. A generation of memetic islands is as many children as members */
+    int32_t period;               /* generations from one migration to the next; 0: 10; memetic 1000. A generation of memetic islands is as many children as members */
     int32_t (*exchange)(void *user, int32_t island, const double *x, double f, double *in); /* trades with other processes: after each migration,
                                      on the thread that runs the search, for each island its best point and value; anything but 0: a point was put
                                      into `in`, which comes as a migrant does and is evaluated here. NULL: none */
@@ -3953,16 +3953,17 @@ static double lensopt__reflected(const lensopt__setup *s, int32_t j, double v)
     return v < s->lower[j] ? s->lower[j] : v > s->upper[j] ? s->upper[j] : v;
 }
 
-/* One to three blocks moved, each by its own scale: from the whole range down to a ten-thousandth of it. */
+/* One to three blocks moved, each by its own scale: from the whole range down to a three-hundredth of it. */
 static void lensopt__perturb(const lensopt__setup *s, lensopt__island *o, double *child)
 {
     int32_t count = 1 + lensopt__below(&o->random, 3), k;
     for (; count > 0; count--) {
         int32_t block = lensopt__below(&o->random, s->block_count);
-        double scale = pow(10, -4 * lensopt__random(&o->random));
+        double scale = pow(10, -2.5 * lensopt__random(&o->random));
         for (k = 0; k < lensopt__block_size(s, block); k++) {
             int32_t j = s->block_members[s->block_begin[block] + k];
-            child[j] = lensopt__reflected(s, j, child[j] + scale * (s->upper[j] - s->lower[j]) * (2 * lensopt__random(&o->random) - 1));
+            double bell = lensopt__random(&o->random) + lensopt__random(&o->random) + lensopt__random(&o->random) - 1.5; /* half as wide as a normal one */
+            child[j] = lensopt__reflected(s, j, child[j] + 2 * scale * (s->upper[j] - s->lower[j]) * bell);
         }
     }
 }
@@ -4046,10 +4047,11 @@ static void lensopt__memetic(const lensopt__setup *s, lensopt__island *o, lensop
     int32_t parent = (int32_t)(o->life % s->population), rival;
     double *child = room->x, *other = room->x + s->n, dice = lensopt__random(&o->random), f;
     lensopt__copy(s, child, o->x + lensopt__points(s, parent));
-    if (dice < 0.3) lensopt__perturb(s, o, child);
+    if (dice < 0.25) lensopt__perturb(s, o, child);
     else if (dice < 0.4) lensopt__resample(s, o, other, child);
-    else if (dice < 0.65) lensopt__cross(s, o, parent, child);
+    else if (dice < 0.75) lensopt__cross(s, o, parent, child);
     else lensopt__differ(s, o, parent, child);
+    if (dice > 0.4 && dice < 0.5) lensopt__perturb(s, o, child); /* some of the crossed ones, too */
     lensopt__island_evaluate(s, o, child, 1, &f);
     lensopt__polish_child(s, o, child, &f, other);
     rival = lensopt__rival(s, o, child, f, parent);
@@ -4355,7 +4357,7 @@ static void lensopt__search_defaults(lensopt_search_desc *d)
 {
     int memetic = d->method == LENSOPT_MEMETIC;
     lensopt__default(&d->islands, memetic ? 8 : 15);
-    lensopt__default(&d->population, memetic ? 60 : d->function.variables > 1 ? 15 * d->function.variables : 16);
+    lensopt__default(&d->population, memetic ? 20 : d->function.variables > 1 ? 15 * d->function.variables : 16);
     lensopt__default(&d->threads, lensopt__processors());
     lensopt__default_number(&d->weight, 0.8);
     lensopt__default_number(&d->crossover, 0.9);
@@ -4369,9 +4371,9 @@ static void lensopt__search_defaults(lensopt_search_desc *d)
     lensopt__default_number(&d->c2, d->swarm == LENSOPT_INERTIA ? 1.49618 : 2.05);
     lensopt__default_number(&d->speed, 0.5);
     lensopt__default(&d->polish_steps, 40);
-    lensopt__default(&d->patience, memetic ? 20 : -1);
+    lensopt__default(&d->patience, memetic ? 50 : -1);
     lensopt__default(&d->migrants, 1);
-    lensopt__default(&d->period, memetic ? 2 : 10);
+    lensopt__default(&d->period, memetic ? 1000 : 10);
 }
 
 /* Blocks in the order of their numbers; variables in theirs. */

@@ -309,6 +309,9 @@ static int edit_option(options *o, const char *command, const char *name, const 
 static void print_help_edit(FILE *file);
 static int optimize_option(options *o, const char *command, const char *name, const char *value); /* optimize.h */
 static void print_help_optimize(FILE *file);
+static int coatings_flag(const char *command, const char *name); /* coatings.h */
+static int coatings_option(const char *command, const char *name, const char *value);
+static void print_help_coatings(FILE *file);
 
 /* `allowed`: the command's options, each with blanks around it. */
 static options parse(int argc, char **argv, const char *allowed, int operands)
@@ -344,9 +347,10 @@ static options parse(int argc, char **argv, const char *allowed, int operands)
         if (strcmp(name, "--focus") == 0 && strcmp(argv[1], "convert") == 0) { o.focus = 1; continue; }
         if (strcmp(name, "--scratch") == 0) { o.optimize.scratch = 1; continue; }
         if (strcmp(name, "--keep-order") == 0) { o.optimize.keep_order = 1; continue; }
+        if (coatings_flag(argv[1], name)) continue;
         if (++i == argc) complain("%s: a value is missing", name);
         value = argv[i];
-        if (edit_option(&o, argv[1], name, value) || optimize_option(&o, argv[1], name, value)) continue;
+        if (coatings_option(argv[1], name, value) || edit_option(&o, argv[1], name, value) || optimize_option(&o, argv[1], name, value)) continue;
         if (strcmp(name, "-o") == 0) o.out = value;
         else if (strcmp(name, "--catalogue") == 0) o.catalogue = value;
         else if (strcmp(name, "--layers") == 0) o.layers = value;
@@ -1589,6 +1593,7 @@ static int command_coating(int argc, char **argv)
 
 #include "edit.h"
 #include "optimize.h"
+#include "coatings.h"
 
 int main(int argc, char **argv)
 {
@@ -1598,7 +1603,8 @@ int main(int argc, char **argv)
     } commands[] = {{"info", command_info}, {"ghosts", command_ghosts},   {"trace", command_trace},     {"render", command_render},
                     {"starburst", command_starburst}, {"fit", command_fit},   {"diagram", command_diagram}, {"compare", command_compare}, {"coating", command_coating},
                     {"convert", command_convert}, {"check", command_check},   {"glass", command_glass},
-                    {"edit", command_edit}, {"colour-map", command_colour_map}, {"target", command_target}, {"optimize", command_optimize}};
+                    {"edit", command_edit}, {"colour-map", command_colour_map}, {"target", command_target}, {"optimize", command_optimize},
+                    {"optimize-colour", command_optimize_colour}};
     size_t i;
     int k;
     for (k = 1; k < argc; k++)

@@ -24,6 +24,7 @@ static void print_help(FILE *file)
     fputs(help, file);
     print_help_edit(file);
     print_help_optimize(file);
+    print_help_coatings(file);
     fputs(help_import, file);
 }
 

@@ -441,6 +441,49 @@ echo nothing >"$dir/x.target"
 refused "a target that is none" "x.target:1:1: expected lensopt 1" target "$dir/x.target" -o "$dir/y.target"
 refused "a target of another name" "ending in .target" target $heliar -o "$dir/x.txt"
 
+# ---- optimize-colour ----
+tronnier=lenses/heliar-tronnier.lens
+"$flare" target $tronnier -o "$dir/own.target" --light 5,3 --fnumber 8 >/dev/null
+"$flare" edit $tronnier -o "$dir/other.lens" --coating 1=quarter:400 --coating 3=bare --coating 4=quarter:700 --coating 5=quarter:333 --coating 7=layer:1.8,40 --coating 9=quarter:450 >/dev/null
+optimize() { "$flare" optimize-colour "$@" 2>"$dir/err" >"$dir/out"; }
+optimize "$dir/other.lens" "$dir/own.target" -o "$dir/found.lens" --fnumber 8 --threads 1 && [ ! -s "$dir/err" ] && grep -q '^search    the goal is reached, ' "$dir/out" &&
+    [ "$(sed -nE 's/^ +([0-9]+)  quarter ([0-9.]+) .*/\1 \2/p' "$dir/out" | awk '{printf "%d %.0f, ", $1, $2}')" = "1 550, 3 520, 4 480, 5 600, 7 500, 9 580, " ] &&
+    grep -qE '^ +3  quarter 5.* bare$' "$dir/out" && grep -qE '^ +7 .* layer 1.8, 40 nm$' "$dir/out" && grep -qE '^# row 3: quarter 5.*, was bare$' "$dir/found.lens"
+result $? "optimize-colour finds the coatings of a lens again: $(sed -n 's/^search *the goal is reached, //p' "$dir/out")"
+"$flare" target "$dir/found.lens" -o "$dir/found.target" --light 5,3 --fnumber 8 >/dev/null && paste -d' ' "$dir/own.target" "$dir/found.target" | awk '/^ghost/ {n++; for (i = 1; i <= 3; i++) if ($(3 + i) / $(9 + i) > 1.001 || $(3 + i) / $(9 + i) < 0.999) exit 1} END {exit n != 13}'
+result $? "whose ghosts then have their colours"
+"$flare" target "$dir/own.target" -o "$dir/red.target" --colour 4,2=1,0.3,0.1 --weight 4,2=20 >/dev/null
+optimize $tronnier "$dir/red.target" -o "$dir/red.lens" --fnumber 8 --layers --evaluations 40000 --threads 1 --seed 2 &&
+    [ "$(sed -nE 's/.*objective ([0-9.]+), was ([0-9.]+); 6 surfaces$/\1 \2/p' "$dir/out" | awk '{print ($1 < 0.5 * $2)}')" = 1 ] && grep -qE '^ +4 +2 +1 +20  0\.714 0\.214 0\.071  0\.7' "$dir/out"
+result $? "optimize-colour --layers makes a ghost red: $(sed -n '1s/.*: //p' "$dir/out")"
+optimize $tronnier "$dir/red.target" -o "$dir/red2.lens" --fnumber 8 --layers --evaluations 40000 --threads 2 --seed 2 && cmp -s "$dir/red.lens" "$dir/red2.lens" &&
+    optimize $tronnier "$dir/red.target" -o "$dir/red3.lens" --fnumber 8 --layers --evaluations 40000 --seed 3 && ! cmp -s "$dir/red.lens" "$dir/red3.lens"
+result $? "the same seed and evaluations, the same bytes with two threads; another seed, others"
+"$flare" colour-map "$dir/red.lens" --ghost 4,2 -o "$dir/red.png" --angle 5,3 --fnumber 8 | sed -nE 's/^now +([0-9.]+), .*/\1/p' | awk '{exit !($1 > 0.69)}'
+result $? "and colour-map finds it so"
+sed '/^ghost 4,2 /!s/ color.*//; s/^ghost 4,2 .*/ghost 4,2 color 1 0.3 0.1 weight 2/' "$dir/red.target" >"$dir/one.target"
+optimize "$dir/found.lens" "$dir/one.target" -o "$dir/one.lens" --cemented --by-spots --brightness 0.01 --time 0.1 --threads 1 --from-nothing && grep -q '; 8 surfaces$' "$dir/out" && grep -qE ' times$' "$dir/out" && [ "$(grep -cE ' +4 +2 +1 +2  ' "$dir/out")" = 1 ]
+result $? "optimize-colour --cemented --by-spots --brightness --time --from-nothing"
+"$flare" optimize-colour $tronnier "$dir/red.target" -o "$dir/best.lens" --time 60 --threads 1 >"$dir/out" 2>"$dir/err" &
+pid=$!
+sleep 0.4
+kill -INT $pid
+wait $pid
+[ $? = 130 ] && grep -q '^flare: interrupted; .*best.lens has the best so far$' "$dir/err" && grep -q '^search    interrupted, ' "$dir/out" && "$flare" info "$dir/best.lens" >/dev/null && grep -q 'evaluations, interrupted$' "$dir/best.lens"
+result $? "SIGINT ends it with the best so far: status 130"
+wish() { what=$1 pattern=$2; shift 2; refused "$what" "$pattern" optimize-colour "$@" -o "$dir/c.lens"; }
+wish "colours for no lens" 'nothing.lens: No such file' "$dir/nothing.lens" "$dir/own.target"
+wish "colours of no target" 'nothing.target: No such file' $tronnier "$dir/nothing.target"
+wish "colours of half a target" "one argument|two arguments" $tronnier
+sed 's/^ghost 4,2 .*/ghost 4,2 color 1 -0.3/' "$dir/own.target" >"$dir/bad.target"
+wish "a colour that is none" 'bad.target:[0-9]+:[0-9]+: ' $tronnier "$dir/bad.target"
+sed 's/^\(ghost [0-9],[0-9]\).*/\1/' "$dir/own.target" >"$dir/grey.target"
+wish "a target without colours" 'grey.target: no ghost of the target counts: ghosts with a color' $tronnier "$dir/grey.target"
+{ cat "$dir/own.target" && for row in 1 3 4 5 7 9; do echo "lock $row coating"; done; } >"$dir/locked.target"
+wish "a target that locks all" 'locked.target: no surface is free' $tronnier "$dir/locked.target"
+wish "half an evaluation" 'whole number' $tronnier "$dir/own.target" --evaluations 1.5
+refused "colours that go nowhere" 'with -o OUT\.lens' optimize-colour $tronnier "$dir/own.target"
+
 refused "a map of no ghost" "9,2 is no ghost" colour-map $heliar --ghost 9,2 -o "$dir/c.png"
 refused "a map without a ghost" "with --ghost I,J" colour-map $heliar -o "$dir/c.png"
 refused "a map of no kind" "\.png was expected" colour-map $heliar --ghost 4,2 -o "$dir/c.pfm"
