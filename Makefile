@@ -2,7 +2,8 @@
 # make demo    renders the flare of a real lens to a PNG and says where it is (a C compiler and make are enough)
 # make test    everything that is checked; installs what it needs when run as root, else says what to install
 # make bench   speed, as ratios side by side in one run
-# make bench-opt  the optimiser against pagmo 2 (libpagmo-dev), as ratios; PART=functions for one part, SEEDS=n; two minutes
+# make bench-opt  the optimiser, beside pagmo 2 (libpagmo-dev): PART=functions, rate, heliar, canon, scratch or constrained for one part, ARGS='time=5 seeds=2'
+#                 for less of it (tests/bench_opt.cpp has more); nine hours for all on two cores, functions two minutes, rate 15 s
 # make models  how near each model of the ghosts comes to exact rays, on six lenses; the first run takes half an hour
 # make fringes draws irises as ghosts show them beside the exact integral, build/fringes.pgm; needs FFTW (libfftw3-dev)
 # make shaders writes shaders_embedded/*.glsl into lensflare.h
@@ -61,10 +62,10 @@ $(B)/test_reference $(B)/test_aberration $(B)/test_traced $(B)/test_paths: $(B)/
 $(B)/test_import: tests/test_import.c lenses/lensimport.h lensflare.h | $(B)
 	$(CC) $(ALL) $< -o $@ -lcmocka -lm
 
-$(B)/test_spots $(B)/test_edit $(B)/test_target: $(B)/test_%: tests/test_%.c lensopt.h lensflare.h | $(B)
+$(B)/test_spots $(B)/test_edit $(B)/test_target $(B)/test_coatings: $(B)/test_%: tests/test_%.c lensopt.h lensflare.h | $(B)
 	$(CC) $(ALL) $< -o $@ -lcmocka -lm
 
-$(B)/test_search: tests/test_search.c lensopt.h lensflare.h | $(B)
+$(B)/test_search $(B)/test_problem: $(B)/test_%: tests/test_%.c lensopt.h lensflare.h | $(B)
 	$(CC) $(ALL) $< -o $@ -lcmocka $(THREADS) -lm
 
 $(B)/test_diffraction: tests/test_diffraction.c tests/fresnel.h lensflare.h | $(B)
@@ -107,7 +108,7 @@ bench: $(B)/bench $(if $(EGL),$(B)/bench_gl)
 	@$(if $(EGL),$(B)/bench_gl,echo "gl: no EGL and GL headers here (libegl-dev libgl-dev), so it is not measured")
 
 bench-opt: $(B)/bench_opt
-	$(B)/bench_opt $(PART)
+	$(B)/bench_opt $(or $(PART),all) $(ARGS)
 
 models: $(B)/models
 	$(B)/models

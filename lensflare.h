@@ -1126,6 +1126,8 @@ typedef struct lflare_gl_desc {
     size_t log_size;
     lflare_realloc allocate; /* NULL = libc's */
     void *user;
+    uint32_t models;         /* 1 << LFLARE_MODEL_... for each that tables will have in force: no others are compiled, or drawn; 0 = all.
+                                NVIDIA's driver compiles all for seconds until its cache has them, the paraxial one alone for a sixth of that */
 } lflare_gl_desc;
 
 /* With the context current: GL 3.3 core, ES 3.0 or WebGL 2, told apart at run time. On error *out is NULL, no GL object is
@@ -10792,6 +10794,7 @@ struct lflare_gl {
     lflare_realloc allocate;
     void *user;
     int32_t no_restore, es, web, forgotten;
+    uint32_t models; /* as in lflare_gl_desc, all where that is 0 */
     lflare__gluint programs[LFLARE__GL_PROGRAMS], textures[LFLARE__GL_TEXTURES], framebuffers[LFLARE__GL_FRAMEBUFFERS];
     lflare__gluint vertex_array, instances, indices, uniforms, sampler;
     lflare__glint enlarge;                  /* location of a uniform */
@@ -12066,14 +12069,14 @@ static const lflare__gl_source lflare__gl_sources[LFLARE__GL_PROGRAMS] = {
     {"#define PATCH_RIM\n#define FRINGES\n", lflare__glsl_frame, lflare__glsl_patches, lflare__glsl_traced_vert, lflare__glsl_cuts, lflare__glsl_patch_frag, "lflare_frame", {"u_traced_lens", "u_ghosts", "u_visibility", "u_mask", "u_ringing", "u_fringed"}},
     {"", lflare__glsl_frame, NULL, lflare__glsl_starburst_vert, NULL, lflare__glsl_starburst_frag, "lflare_frame", {"u_angular", "u_radial", "u_visibility", NULL, NULL}}};
 
-static lflare_result lflare__gl_shader(lflare_gl *o, lflare__glenum kind, const lflare__gl_source *source, const lflare_gl_desc *desc, lflare_error *error,
-                                       lflare__gluint *out)
+/* Compilers of some drivers run beside us: shaders and programs are all begun before the first is asked how it went. */
+static lflare__gluint lflare__gl_shader(const lflare_gl *o, lflare__glenum kind, const lflare__gl_source *source)
 {
     static const char *const preludes[2] = {"#version 330 core\n", "#version 300 es\nprecision highp float;\nprecision highp int;\n"};
     const lflare__glapi *gl = &o->api;
     const char *const *body = kind == 0x8B31 ? source->vertex : source->fragment;
     const char *pieces[32];
-    lflare__glint done = 0;
+    lflare__gluint shader = gl->CreateShader(kind);
     int count = 0, i;
     pieces[count++] = preludes[o->es];
     pieces[count++] = source->define;
@@ -12083,42 +12086,92 @@ static lflare_result lflare__gl_shader(lflare_gl *o, lflare__glenum kind, const 
     for (i = 0; kind == 0x8B30 && source->cuts != NULL && source->cuts[i] != NULL; i++) pieces[count++] = source->cuts[i];
     for (i = 0; body[i] != NULL; i++) pieces[count++] = body[i];
     LFLARE_ASSERT(count <= 32);
-    *out = gl->CreateShader(kind);
-    gl->ShaderSource(*out, count, pieces, NULL);
-    gl->CompileShader(*out);
-    gl->GetShaderiv(*out, 0x8B81, &done);
-    if (done) return LFLARE_OK;
-    if (desc->log != NULL && desc->log_size > 0) gl->GetShaderInfoLog(*out, (int)lflare__min((double)desc->log_size, 1e9), NULL, desc->log);
-    return lflare__fail(error, LFLARE_ERROR_GL, 0, 0, "the %s shader does not compile: see the log", kind == 0x8B31 ? "vertex" : "fragment");
+    gl->ShaderSource(shader, count, pieces, NULL);
+    gl->CompileShader(shader);
+    return shader;
 }
 
-static lflare_result lflare__gl_program(lflare_gl *o, int program, const lflare_gl_desc *desc, lflare_error *error)
+/* `shaders`: its vertex and its fragment shader. */
+static void lflare__gl_program_begin(lflare_gl *o, int program, lflare__gluint *shaders)
 {
     const lflare__gl_source *source = &lflare__gl_sources[program];
     const lflare__glapi *gl = &o->api;
-    lflare__gluint vertex = 0, fragment = 0, linked;
-    lflare__glint done = 0;
+    lflare__gluint made = o->programs[program] = gl->CreateProgram();
     int k;
-    lflare_result result = lflare__gl_shader(o, 0x8B31, source, desc, error, &vertex);
-    if (result == LFLARE_OK) result = lflare__gl_shader(o, 0x8B30, source, desc, error, &fragment);
-    if (result == LFLARE_OK) {
-        linked = o->programs[program] = gl->CreateProgram();
-        gl->AttachShader(linked, vertex);
-        gl->AttachShader(linked, fragment);
-        gl->BindAttribLocation(linked, 0, "a_instance");
-        gl->LinkProgram(linked);
-        gl->GetProgramiv(linked, 0x8B82, &done);
-        if (!done) {
-            if (desc->log != NULL && desc->log_size > 0) gl->GetProgramInfoLog(linked, (int)lflare__min((double)desc->log_size, 1e9), NULL, desc->log);
-            result = lflare__fail(error, LFLARE_ERROR_GL, 0, 0, "the shader program does not link: see the log");
-        } else {
-            gl->UseProgram(linked);
-            if (source->block != NULL) gl->UniformBlockBinding(linked, gl->GetUniformBlockIndex(linked, source->block), 0);
-            for (k = 0; k < LFLARE__GL_UNITS && source->samplers[k] != NULL; k++) gl->Uniform1i(gl->GetUniformLocation(linked, source->samplers[k]), k);
-        }
+    for (k = 0; k < 2; k++) {
+        shaders[k] = lflare__gl_shader(o, k == 0 ? 0x8B31 : 0x8B30, source);
+        gl->AttachShader(made, shaders[k]);
     }
-    if (vertex != 0) gl->DeleteShader(vertex);
-    if (fragment != 0) gl->DeleteShader(fragment);
+    gl->BindAttribLocation(made, 0, "a_instance");
+    gl->LinkProgram(made);
+}
+
+static lflare_result lflare__gl_program_end(const lflare_gl *o, int program, const lflare__gluint *shaders, const lflare_gl_desc *desc, lflare_error *error)
+{
+    const lflare__gl_source *source = &lflare__gl_sources[program];
+    const lflare__glapi *gl = &o->api;
+    lflare__gluint made = o->programs[program];
+    int k, log_size = desc->log != NULL ? (int)lflare__min((double)desc->log_size, 1e9) : 0;
+    lflare__glint done = 0;
+    gl->GetProgramiv(made, 0x8B82, &done);
+    if (done) {
+        gl->UseProgram(made);
+        if (source->block != NULL) gl->UniformBlockBinding(made, gl->GetUniformBlockIndex(made, source->block), 0);
+        for (k = 0; k < LFLARE__GL_UNITS && source->samplers[k] != NULL; k++) gl->Uniform1i(gl->GetUniformLocation(made, source->samplers[k]), k);
+        return LFLARE_OK;
+    }
+    for (k = 0; k < 2; k++) { /* nothing links with what does not compile */
+        gl->GetShaderiv(shaders[k], 0x8B81, &done);
+        if (done) continue;
+        if (log_size > 0) gl->GetShaderInfoLog(shaders[k], log_size, NULL, desc->log);
+        return lflare__fail(error, LFLARE_ERROR_GL, 0, 0, "the %s shader does not compile: see the log", k == 0 ? "vertex" : "fragment");
+    }
+    if (log_size > 0) gl->GetProgramInfoLog(made, log_size, NULL, desc->log);
+    return lflare__fail(error, LFLARE_ERROR_GL, 0, 0, "the shader program does not link: see the log");
+}
+
+/* NVIDIA's compilers run beside us only once they are told how many may, be it as many as before. In a browser there is nothing to tell. */
+static void lflare__gl_wake_compilers(const lflare_gl *o, lflare_gl_loader load)
+{
+    lflare_gl_function named = load("glGetStringi"), told = load("glMaxShaderCompilerThreadsKHR");
+    const unsigned char *(LFLARE__GLCALL *name_of)(lflare__glenum, lflare__gluint);
+    void (LFLARE__GLCALL *tell)(lflare__gluint);
+    lflare__glint count = 0, threads = 0, i;
+    if (o->web || named == NULL || told == NULL) return; /* some loaders find whatever they are asked for: the extensions decide */
+    memcpy(&name_of, &named, sizeof named);
+    memcpy(&tell, &told, sizeof told);
+    o->api.GetIntegerv(0x821D, &count); /* extensions */
+    for (i = 0; i < count; i++) {
+        const char *name = (const char *)name_of(0x1F03, (lflare__gluint)i);
+        if (name == NULL || strcmp(name, "GL_KHR_parallel_shader_compile") != 0) continue;
+        o->api.GetIntegerv(0x91B0, &threads);
+        tell((lflare__gluint)threads);
+    }
+}
+
+/* Of a model that is drawn, or of none. */
+static int lflare__gl_wanted(const lflare_gl *o, int program)
+{
+    int traced = program >= LFLARE__GL_TRACED && program <= LFLARE__GL_TRACED_MASKED, meshes = program >= LFLARE__GL_PATCHES && program <= LFLARE__GL_PATCHES_MASKED;
+    if (program > LFLARE__GL_FILL && !traced && !meshes) return 1;
+    return (int)(o->models >> (traced ? LFLARE_MODEL_TRACED : meshes ? LFLARE_MODEL_POLYNOMIAL : LFLARE_MODEL_PARAXIAL) & 1);
+}
+
+static lflare_result lflare__gl_make_programs(lflare_gl *o, const lflare_gl_desc *desc, lflare_error *error)
+{
+    lflare__gluint shaders[LFLARE__GL_PROGRAMS][2];
+    lflare_result result = LFLARE_OK;
+    int program;
+    o->models = desc->models != 0 ? desc->models : ~(uint32_t)0;
+    lflare__gl_wake_compilers(o, desc->load);
+    for (program = 0; program < LFLARE__GL_PROGRAMS; program++)
+        if (lflare__gl_wanted(o, program)) lflare__gl_program_begin(o, program, shaders[program]);
+    for (program = 0; program < LFLARE__GL_PROGRAMS; program++) {
+        if (!lflare__gl_wanted(o, program)) continue;
+        if (result == LFLARE_OK) result = lflare__gl_program_end(o, program, shaders[program], desc, error);
+        o->api.DeleteShader(shaders[program][0]);
+        o->api.DeleteShader(shaders[program][1]);
+    }
     return result;
 }
 
@@ -12249,7 +12302,6 @@ LFLARE_API lflare_result lflare_gl_create(const lflare_gl_desc *desc, lflare_gl 
 {
     lflare_realloc allocate;
     lflare__glstate state;
-    int program;
     lflare_result result;
     lflare_gl *o;
     if (error != NULL) memset(error, 0, sizeof *error);
@@ -12269,7 +12321,7 @@ LFLARE_API lflare_result lflare_gl_create(const lflare_gl_desc *desc, lflare_gl 
         return result;
     }
     lflare__gl_save(o, &state); /* creating is rare: always restored */
-    for (program = 0; program < LFLARE__GL_PROGRAMS && result == LFLARE_OK; program++) result = lflare__gl_program(o, program, desc, error);
+    result = lflare__gl_make_programs(o, desc, error);
     if (result == LFLARE_OK) result = lflare__gl_objects(o, error);
     lflare__gl_restore(o, &state);
     if (result != LFLARE_OK) {
@@ -12643,7 +12695,8 @@ static void lflare__gl_flare(lflare_gl *o, const lflare_tables *t, const lflare_
 
 static lflare_result lflare__gl_valid(const lflare_gl *o, const lflare_tables *t, const lflare_frame_data *f)
 {
-    if (o == NULL || t == NULL || f == NULL || o->forgotten || f->width < 1 || f->height < 1 || f->light_count < 0 || f->instance_count < 0)
+    if (o == NULL || t == NULL || f == NULL || o->forgotten || f->width < 1 || f->height < 1 || f->light_count < 0 || f->instance_count < 0 ||
+        !(o->models >> (t->model & 31) & 1))
         return LFLARE_ERROR_ARGUMENT;
     return f->light_count > LFLARE_GL_MAX_LIGHTS ? LFLARE_ERROR_LIMIT : LFLARE_OK;
 }

@@ -50,7 +50,7 @@ static const char help[] =
     "                [--budget N] [--vertices N] [--pixels N] [--imperfection SHARE]\n"
     "      the flare of one light: ghosts with diffraction's fringes at their edges, starburst, and a horizontal streak if asked\n"
     "      for; --ghosts-only: ghosts with plain edges, as rays have them, unless --ringing on. PNG is tone-mapped; PFM holds linear multiples of the light's irradiance. --backend gl\n"
-    "      needs no window: EGL draws, or else OSMesa (the environment's GL_HOST=egl or osmesa picks one)\n"
+    "      needs no window: EGL draws, or else OSMesa (the environment's GL_HOST=egl, gpu or osmesa picks one)\n"
     "      --model polynomial: aberrated ghosts, near enough to exact rays, from the fit in FILE or beside the lens (NAME.fit\n"
     "      beside NAME.lens), or from one made on the spot; where there is a fit it is the default, elsewhere paraxial, the quick\n"
     "      model of undistorted ghosts\n"
@@ -892,6 +892,7 @@ static void render_gl(const lflare *flare, const lflare_image *image)
     desc.load = host.load;
     desc.log = log;
     desc.log_size = sizeof log;
+    desc.models = 1u << lflare_get_tables(flare)->model;
     if (lflare_gl_create(&desc, &renderer, &error) != LFLARE_OK) complain("--backend gl: %s%s%s", error.text, log[0] ? "\n" : "", log);
     if (!gl_target_open(&gl, &target, GL_RGBA32F, image->width, image->height, 0))
         complain("--backend gl: this GL has no float target of %d x %d pixels", image->width, image->height);

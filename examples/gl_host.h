@@ -211,18 +211,37 @@ static inline int gl_host_symbol(const gl_host *h, const char *name, void *funct
     return symbol != NULL;
 }
 
-/* Mesa's surfaceless platform needs neither a screen nor a GPU; else whatever this EGL takes for its default display. */
-static inline void *gl_host_egl_display(const gl_host *h)
+/* `display` once it works, else NULL. */
+static inline void *gl_host_egl_working(const gl_host *h, void *display)
 {
-    enum { SURFACELESS = 0x31DD };
-    void *(*platform_display)(unsigned, void *, const int *) = (void *(*)(unsigned, void *, const int *))h->egl.GetProcAddress("eglGetPlatformDisplayEXT");
-    void *display = platform_display != NULL ? platform_display(SURFACELESS, NULL, NULL) : NULL;
-    if (display != NULL && h->egl.Initialize(display, NULL, NULL)) return display;
-    display = h->egl.GetDisplay(NULL);
     return display != NULL && h->egl.Initialize(display, NULL, NULL) ? display : NULL;
 }
 
-static inline int gl_host_open_egl(gl_host *h, int es)
+/* The first GPU that works, by EGL's list of them. */
+static inline void *gl_host_egl_gpu(const gl_host *h, void *(*platform_display)(unsigned, void *, const int *))
+{
+    enum { DEVICE = 0x313F, MOST = 16 };
+    unsigned (*query)(int, void **, int *) = (unsigned (*)(int, void **, int *))h->egl.GetProcAddress("eglQueryDevicesEXT");
+    void *devices[MOST], *display = NULL;
+    int count = 0, i;
+    if (query == NULL || platform_display == NULL || !query(MOST, devices, &count)) return NULL;
+    for (i = 0; i < count && display == NULL; i++) display = gl_host_egl_working(h, platform_display(DEVICE, devices[i], NULL));
+    return display;
+}
+
+/* Mesa's surfaceless platform needs neither a screen nor a GPU; else whatever this EGL takes for its default display; else a GPU by
+   its place in EGL's list, which is all that some drivers know without a screen. `gpu`: that one alone. */
+static inline void *gl_host_egl_display(const gl_host *h, int gpu)
+{
+    enum { SURFACELESS = 0x31DD };
+    void *(*platform_display)(unsigned, void *, const int *) = (void *(*)(unsigned, void *, const int *))h->egl.GetProcAddress("eglGetPlatformDisplayEXT");
+    void *display = NULL;
+    if (!gpu && platform_display != NULL) display = gl_host_egl_working(h, platform_display(SURFACELESS, NULL, NULL));
+    if (!gpu && display == NULL) display = gl_host_egl_working(h, h->egl.GetDisplay(NULL));
+    return display != NULL ? display : gl_host_egl_gpu(h, platform_display);
+}
+
+static inline int gl_host_open_egl(gl_host *h, int gpu, int es)
 {
     enum { SURFACE_TYPE = 0x3033, RENDERABLE_TYPE = 0x3040, GL_BIT = 0x8, ES3_BIT = 0x40, MAJOR = 0x3098, MINOR = 0x30FB, PROFILE = 0x30FD, CORE = 1,
            NONE = 0x3038, ES_API = 0x30A0, GL_API = 0x30A2 };
@@ -234,7 +253,7 @@ static inline int gl_host_open_egl(gl_host *h, int es)
     if (!gl_host_symbol(h, "egl" #name, &h->egl.name)) return gl_host_fail(h, "libEGL.so.1 has no egl" #name, 0);
     GL_HOST_EGL(GL_HOST_SYMBOL)
 #undef GL_HOST_SYMBOL
-    h->display = gl_host_egl_display(h);
+    h->display = gl_host_egl_display(h, gpu);
     if (h->display == NULL) return gl_host_fail(h, "EGL has no display without a window", h->egl.GetError());
     if (!h->egl.BindAPI(es ? ES_API : GL_API)) return gl_host_fail(h, es ? "EGL has no GL ES" : "EGL has no desktop GL", h->egl.GetError());
     if (es) wanted[3] = ES3_BIT;
@@ -263,17 +282,18 @@ static inline int gl_host_open_osmesa(gl_host *h, int es)
     return 1;
 }
 
-/* Makes a context current: GL 3.3 core, or ES 3.0 if `es`. `which`: "egl", "osmesa" or NULL, then the environment's GL_HOST,
-   and without that EGL first, OSMesa else. Returns 1 and h->load, or 0 and h->why. Do not move *h until gl_host_close. Draw
-   into a framebuffer object: the window, if there is one at all, is a dummy. */
+/* Makes a context current: GL 3.3 core, or ES 3.0 if `es`. `which`: "egl"; "gpu", EGL on the first GPU that it lists; "osmesa"; or NULL,
+   then the environment's GL_HOST, and without that EGL first, OSMesa else. Returns 1 and h->load, or 0 and h->why. Do not move *h until
+   gl_host_close. Draw into a framebuffer object: the window, if there is one at all, is a dummy. */
 static inline int gl_host_open(gl_host *h, const char *which, int es)
 {
     memset(h, 0, sizeof *h);
     if (which == NULL) which = getenv("GL_HOST");
-    if (which == NULL || which[0] == 0) return gl_host_open_egl(h, es) || gl_host_open_osmesa(h, es);
-    if (strcmp(which, "egl") == 0) return gl_host_open_egl(h, es);
+    if (which == NULL || which[0] == 0) return gl_host_open_egl(h, 0, es) || gl_host_open_osmesa(h, es);
+    if (strcmp(which, "egl") == 0) return gl_host_open_egl(h, 0, es);
+    if (strcmp(which, "gpu") == 0) return gl_host_open_egl(h, 1, es);
     if (strcmp(which, "osmesa") == 0) return gl_host_open_osmesa(h, es);
-    return gl_host_fail(h, "GL_HOST is neither egl nor osmesa", 0);
+    return gl_host_fail(h, "GL_HOST is none of egl, gpu, osmesa", 0);
 }
 
 #endif

@@ -13,7 +13,7 @@
 
 enum { W = 1280, H = 720, FRAMES = 15 };
 
-static lflare_gl *create_gl(lflare_gl_loader load, int no_restore)
+static lflare_gl *create_gl(lflare_gl_loader load, int no_restore, uint32_t models)
 {
     static char log[4096];
     lflare_gl_desc desc = {0};
@@ -21,6 +21,7 @@ static lflare_gl *create_gl(lflare_gl_loader load, int no_restore)
     lflare_error error;
     desc.load = load;
     desc.no_restore = no_restore;
+    desc.models = models;
     desc.log = log;
     desc.log_size = sizeof log;
     if (lflare_gl_create(&desc, &gl, &error) < 0) {
@@ -111,7 +112,7 @@ static void bench_cpu(const char *path, int no_restore)
     enum { REPEAT = 100 };
     lflare_settings settings = ghosts_alone();
     lflare *flare = open_lens(path, &settings, NULL);
-    lflare_gl *gl = create_gl(load_stub, no_restore);
+    lflare_gl *gl = create_gl(load_stub, no_restore, 0);
     lflare_gl_depth depth = some_depth();
     lflare_view view = {0};
     lflare_light lights[16];
@@ -175,17 +176,21 @@ static lflare_gl_function load_lit(const char *name)
     return strcmp(name, "glShaderSource") == 0 ? (lflare_gl_function)lit_source : load(name);
 }
 
-static void open_target(void)
+static int target_width, target_height;
+
+static void open_target(GLint format, int width, int height)
 {
     GLuint texture, framebuffer;
+    target_width = width;
+    target_height = height;
     glGenTextures(1, &texture);
     glBindTexture(GL_TEXTURE_2D, texture);
-    glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, W, H, 0, GL_RGBA, GL_FLOAT, NULL);
+    glTexImage2D(GL_TEXTURE_2D, 0, format, width, height, 0, GL_RGBA, GL_FLOAT, NULL);
     glGenFramebuffers(1, &framebuffer);
     glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
     glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, texture, 0);
     if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) exit(2);
-    glViewport(0, 0, W, H);
+    glViewport(0, 0, width, height);
 }
 
 static GLuint shader_of(GLenum kind, const char *text)
@@ -210,15 +215,15 @@ static GLuint fill_program(void)
 /* The limit: whole rectangles and a part of one, `fragments` in all. */
 static void fill(GLuint program, double fragments)
 {
-    double rows = fragments / W;
+    double rows = fragments / target_width;
     glEnable(GL_BLEND);
     glBlendFunc(GL_ONE, GL_ONE);
     glUseProgram(program);
-    for (; rows >= 1; rows -= H) {
-        glViewport(0, 0, W, rows >= H ? H : (GLsizei)rows);
+    for (; rows >= 1; rows -= target_height) {
+        glViewport(0, 0, target_width, rows >= target_height ? target_height : (GLsizei)rows);
         glDrawArrays(GL_TRIANGLES, 0, 3);
     }
-    glViewport(0, 0, W, H);
+    glViewport(0, 0, target_width, target_height);
 }
 
 /* Work for the GPU, one of three kinds. */
@@ -244,12 +249,13 @@ static void draw(const job *j)
 
 static double counted(const job *j, GLenum what)
 {
-    GLuint query, result = 0;
+    GLuint query;
+    GLuint64 result = 0;
     glGenQueries(1, &query);
     glBeginQuery(what, query);
     draw(j);
     glEndQuery(what);
-    glGetQueryObjectuiv(query, GL_QUERY_RESULT, &result);
+    glGetQueryObjectui64v(query, GL_QUERY_RESULT, &result);
     glDeleteQueries(1, &query);
     return (double)result;
 }
@@ -555,28 +561,177 @@ static void bench_diffraction(lflare_gl *gl, const char *path, double fnumber)
     }
 }
 
-static void bench_gpu(void)
+/* ---- a game's frame ---- */
+
+enum { WIDE = 1920, HIGH = 1080, GAME_FRAMES = 100 };
+
+/* Microseconds of a frame whose lights move: the CPU's for building it and for handing it to GL; the GPU's own; the GPU's into a
+   viewport of a few pixels, which leaves the vertices' work; and per frame where frames follow each other without waiting, as in a game. */
+typedef struct game_frame {
+    double build, submit, gpu, vertices, wall;
+} game_frame;
+
+static double median(double *values, int count)
+{
+    qsort(values, (size_t)count, sizeof values[0], by_value);
+    return values[count / 2];
+}
+
+static void next_game_frame(lflare_gl *gl, lflare *flare, int lights, int k, GLuint query, double *build, double *submit)
+{
+    lflare_view view = {0};
+    lflare_light light[16];
+    double start = now(), built;
+    view.width = WIDE;
+    view.height = HIGH;
+    move_lights(light, lights, k);
+    lflare_frame(flare, &view, light, lights);
+    built = now();
+    if (query != 0) glBeginQuery(GL_TIME_ELAPSED, query);
+    lflare_gl_draw(gl, lflare_get_tables(flare), lflare_get_frame(flare));
+    *build = built - start;
+    *submit = now() - built;
+    if (query != 0) glEndQuery(GL_TIME_ELAPSED);
+    glFlush();
+}
+
+/* Median of the GPU's microseconds, at most 100 frames or about a third of a second. */
+static double gpu_time(lflare_gl *gl, lflare *flare, int lights, double *build, double *submit)
+{
+    static double builds[GAME_FRAMES], submits[GAME_FRAMES], gpu[GAME_FRAMES];
+    static GLuint queries[GAME_FRAMES];
+    double began;
+    int n = 0;
+    glGenQueries(GAME_FRAMES, queries);
+    for (began = now(); now() - began < 0.1 || n == 0; n++) { /* an idle GPU's clock is slow */
+        next_game_frame(gl, flare, lights, 0, 0, build, submit);
+        glFinish();
+    }
+    n = 0;
+    began = now();
+    for (; n < GAME_FRAMES && (n < 3 || now() - began < 0.3); n++) {
+        GLuint elapsed = 0;
+        next_game_frame(gl, flare, lights, n, queries[n], &builds[n], &submits[n]);
+        if (n < 2) continue;
+        glGetQueryObjectuiv(queries[n - 2], GL_QUERY_RESULT, &elapsed); /* two frames behind, so that nothing piles up */
+        gpu[n - 2] = 1e-3 * elapsed;
+    }
+    glDeleteQueries(GAME_FRAMES, queries);
+    *build = 1e6 * median(builds, n);
+    *submit = 1e6 * median(submits, n);
+    return median(gpu, n - 2);
+}
+
+static game_frame game_frame_of(lflare_gl *gl, lflare *flare, int lights)
+{
+    game_frame out;
+    double began, unused[2];
+    int k;
+    glViewport(0, 0, 16, 9);
+    out.vertices = gpu_time(gl, flare, lights, &unused[0], &unused[1]);
+    glViewport(0, 0, WIDE, HIGH);
+    out.gpu = gpu_time(gl, flare, lights, &out.build, &out.submit);
+    began = now();
+    for (k = 0; k < GAME_FRAMES && (k < 3 || now() - began < 0.3); k++) next_game_frame(gl, flare, lights, k, 0, &unused[0], &unused[1]);
+    glFinish();
+    out.wall = 1e6 * (now() - began) / k;
+    return out;
+}
+
+/* Milliseconds of the first draw after a configure, its uploads done. */
+static double first_draw(lflare_gl *gl, lflare *flare)
+{
+    double began, unused[2];
+    glFinish();
+    began = now();
+    next_game_frame(gl, flare, 1, 0, 0, &unused[0], &unused[1]);
+    glFinish();
+    return 1e3 * (now() - began);
+}
+
+/* All models, ghosts alone and whole flares. Only on a GPU: llvmpipe would take minutes. */
+static void bench_game(lflare_gl *gl, GLuint program, const char *path, double fnumber)
+{
+    static const char *const names[3] = {"paraxial  ", "polynomial", "traced    "};
+    lflare_settings plain = ghosts_alone();
+    lflare *flare = open_lens(path, &plain, NULL);
+    double seconds, paraxial[4] = {0};
+    size_t size;
+    void *fit = fit_of(flare, &size, &seconds);
+    int model, whole;
+    printf("game, %s, f/%g, %d x %d, RGBA16F; microseconds\n", name_of(flare), fnumber, WIDE, HIGH);
+    lflare_destroy(flare);
+    for (model = 0; model < 3; model++)
+        for (whole = 0; whole < 2; whole++) {
+            lflare_settings settings = plain;
+            double first, again;
+            int lights;
+            settings.fnumber = fnumber;
+            settings.no_ringing = settings.no_starburst = !whole;
+            settings.model = model == 0 ? LFLARE_MODEL_PARAXIAL : model == 1 ? LFLARE_MODEL_POLYNOMIAL : LFLARE_MODEL_TRACED;
+            flare = open_fitted(path, &settings, NULL, fit, size);
+            first = first_draw(gl, flare);
+            settings.fnumber = 1.2 * (double)lflare_get_tables(flare)->fnumber;
+            if (lflare_configure(flare, &settings, NULL) < 0) exit(2);
+            again = first_draw(gl, flare);
+            settings.fnumber = fnumber;
+            if (lflare_configure(flare, &settings, NULL) < 0) exit(2);
+            for (lights = 1; lights <= (fnumber > 0 ? 16 : 1); lights += 15) { /* sixteen lights wide open: seconds a frame */
+                game_frame f = game_frame_of(gl, flare, lights);
+                double *base = &paraxial[2 * whole + lights / 16], filled;
+                job j = {0}, limit = {0};
+                j.gl = gl;
+                j.flare = flare;
+                limit.program = program;
+                limit.fragments = counted(&j, GL_SAMPLES_PASSED);
+                filled = limit.fragments > 0 ? 1e-3 * counted(&limit, GL_TIME_ELAPSED) : 0; /* some GPUs lose the count of the longest frames */
+                if (model == 0) *base = f.gpu;
+                printf("  %s %s %2d light%s  CPU: frame %7.2f, draw %7.2f; GPU %9.1f (%5.2f of paraxial), vertices alone %8.1f, plain fill of %7.2f million fragments %9.1f;"
+                       " frame after frame %9.1f; %6d instances", names[model], whole ? "whole " : "ghosts", lights, lights == 1 ? " " : "s", f.build, f.submit, f.gpu,
+                       f.gpu / *base, f.vertices, 1e-6 * limit.fragments, filled, f.wall, (int)lflare_get_frame(flare)->instance_count);
+                if (lights == 1) printf("; first draw %.2f ms, after a change of the iris %.2f ms", first, again);
+                printf("\n");
+            }
+            lflare_destroy(flare);
+        }
+    free(fit);
+}
+
+/* What the target's format costs; the half-size picture. */
+static void bench_targets(lflare_gl *gl, const char *path)
+{
+    static const struct {
+        GLint format;
+        const char *name;
+    } targets[4] = {{GL_RGBA32F, "RGBA32F"}, {GL_R11F_G11F_B10F, "R11F_G11F_B10F"}, {GL_RGBA8, "RGBA8"}, {GL_RGBA16F, "RGBA16F"}};
+    lflare_settings settings = {0};
+    lflare *flare;
+    double unused[2];
+    job half = {0};
+    int i;
+    settings.fnumber = 8;
+    flare = open_lens(path, &settings, NULL);
+    printf("game, %s, f/8, paraxial, whole flare, one light, GPU microseconds:", name_of(flare));
+    for (i = 0; i < 4; i++) {
+        open_target(targets[i].format, WIDE, HIGH);
+        printf(" %s %.1f,", targets[i].name, gpu_time(gl, flare, 1, &unused[0], &unused[1]));
+    }
+    half.gl = gl;
+    half.flare = flare;
+    half.half = 1;
+    draw(&half);
+    printf(" half %.1f\n", 1e-3 * counted(&half, GL_TIME_ELAPSED));
+    lflare_destroy(flare);
+}
+
+/* Small frames beside plain fills, by the clock on the wall. */
+static void bench_parts(lflare_gl *gl, lflare_gl *throwing, GLuint program)
 {
     static const struct {
         const char *path;
         double fnumber;
     } frames[3] = {{"lenses/heliar-tronnier.lens", 22}, {"lenses/nikon-80-200-mid.lens", 2.8}, {"lenses/nikon-80-200-mid.lens", 8}};
-    gl_host context;
-    lflare_gl *gl, *throwing;
-    GLuint program, array;
     int i;
-    if (!gl_host_open(&context, "egl", 0)) {
-        printf("gl: no GL 3.3 without a window here, so nothing is measured on it\n");
-        gl_host_close(&context);
-        return;
-    }
-    printf("gl: %s; %d x %d, RGBA32F\n", (const char *)glGetString(GL_RENDERER), W, H);
-    glGenVertexArrays(1, &array);
-    glBindVertexArray(array);
-    open_target();
-    program = fill_program();
-    gl = create_gl(load, 0);
-    throwing = create_gl(load_lit, 0);
     for (i = 0; i < 3; i++) bench_time(gl, program, frames[i].path, frames[i].fnumber);
     for (i = 0; i < 3; i++) bench_fill(gl, throwing, frames[i].path, frames[i].fnumber);
     bench_diffraction(gl, "lenses/heliar-tronnier.lens", 8);
@@ -585,16 +740,50 @@ static void bench_gpu(void)
     bench_models(gl, "lenses/heliar-tronnier.lens");
     bench_models(gl, "lenses/nikon-80-200-mid.lens");
     for (i = 0; i < 4; i++) bench_budgets(gl, i < 2 ? "lenses/heliar-tronnier.lens" : "lenses/nikon-80-200-mid.lens", i % 2);
+}
+
+static void bench_gpu(int game)
+{
+    static const char *const compiled[4] = {"the paraxial model", "the polynomial model", "the traced model", "all models"};
+    const char *which = getenv("GL_HOST") != NULL && strcmp(getenv("GL_HOST"), "gpu") == 0 ? "gpu" : "egl";
+    gl_host context;
+    lflare_gl *gl = NULL, *throwing;
+    GLuint program, array;
+    double began;
+    int i;
+    if (!gl_host_open(&context, which, 0)) {
+        printf("gl: no GL 3.3 without a window here, so nothing is measured on it\n");
+        gl_host_close(&context);
+        return;
+    }
+    printf("gl: %s, %s; %d x %d, RGBA32F\n", (const char *)glGetString(GL_RENDERER), (const char *)glGetString(GL_VERSION), W, H);
+    glGenVertexArrays(1, &array);
+    glBindVertexArray(array);
+    open_target(GL_RGBA32F, W, H);
+    program = fill_program();
+    for (i = 0; i < 4; i++) { /* drivers keep what they have compiled: __GL_SHADER_DISK_CACHE=0, MESA_SHADER_CACHE_DISABLE=1 show the first time */
+        began = now();
+        gl = create_gl(load, 0, i < 3 ? 2u << i : 0);
+        printf("gl: shaders of %s compiled in %.1f ms\n", compiled[i], 1e3 * (now() - began));
+        if (i < 3) lflare_gl_destroy(gl);
+    }
+    throwing = create_gl(load_lit, 0, 0);
+    if (!game) bench_parts(gl, throwing, program);
+    open_target(GL_RGBA16F, WIDE, HIGH); /* stays bound */
+    if (has_gpu_clock()) bench_targets(gl, "lenses/nikon-80-200-mid.lens");
+    for (i = 0; i < 4 && has_gpu_clock(); i++) bench_game(gl, program, i % 2 ? "lenses/heliar-tronnier.lens" : "lenses/nikon-80-200-mid.lens", i < 2 ? 8 : 0);
     if (glGetError() != GL_NO_ERROR) printf("gl: GL complained\n");
     lflare_gl_destroy(gl);
     lflare_gl_destroy(throwing);
     gl_host_close(&context);
 }
 
-int main(void)
+/* `game`: only a game's frames, for slow GPUs. */
+int main(int argc, char **argv)
 {
-    bench_cpu("lenses/canon-28-80.lens", 1);
-    bench_cpu("lenses/canon-28-80.lens", 0);
-    bench_gpu();
+    int game = argc > 1 && strcmp(argv[1], "game") == 0;
+    if (!game) bench_cpu("lenses/canon-28-80.lens", 1);
+    if (!game) bench_cpu("lenses/canon-28-80.lens", 0);
+    bench_gpu(game);
     return 0;
 }

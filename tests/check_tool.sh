@@ -371,7 +371,7 @@ refused "a diagram in a folder that is not there" "cannot be written" diagram $h
 refused "an unknown backend" "'software' or 'gl'.*'vulkan'" render $heliar -o "$dir/c.png" --backend vulkan
 GL_HOST=none
 export GL_HOST
-refused "no GL context" '^flare: --backend gl: GL_HOST is neither egl nor osmesa$' render $heliar -o "$dir/c.png" --backend gl
+refused "no GL context" '^flare: --backend gl: GL_HOST is none of egl, gpu, osmesa$' render $heliar -o "$dir/c.png" --backend gl
 unset GL_HOST
 "$flare" render $heliar -o "$dir/small.pfm" --size 32x24
 refused "pictures of two sizes" "one size" compare "$dir/a.pfm" "$dir/small.pfm"
