@@ -525,7 +525,7 @@ static void optimize_print_lens(const optimize_job *job, const optimize_found *f
 
 static const char *optimize_number(double v, int there, char *out)
 {
-    if (there) sprintf(out, "%.3f", v);
+    if (there) sprintf(out, "%.3f", fabs(v) < 0.0005 ? 0 : v);
     else strcpy(out, "-");
     return out;
 }
