@@ -157,7 +157,7 @@ static void optimize_create(optimize_job *job)
     lensopt_problem_desc d;
     lensopt_search_desc search;
     lflare_error error;
-    double start[LENSOPT_MAX_VARIABLES];
+    double start[2 * LENSOPT_MAX_VARIABLES];
     memset(&d, 0, sizeof d);
     memset(&search, 0, sizeof search);
     d.target = &job->target;
@@ -179,9 +179,13 @@ static void optimize_create(optimize_job *job)
     if (lensopt_problem_create(&d, &job->problem, &error) != LFLARE_OK) complain("flare optimize: %s", error.text);
     lensopt_problem_function(job->problem, &job->function);
     if (s->base != NULL) {
+        double *near_base = start + job->function.variables, value; /* downhill from it: often all that is asked for */
         if (lensopt_problem_point(job->problem, &base, d.iris, start, &error) != LFLARE_OK) complain("%s: %s", s->base, error.text);
+        memcpy(near_base, start, sizeof *start * (size_t)job->function.variables);
+        job->function.evaluate(job->function.user, near_base, 1, &value);
+        job->function.polish(job->function.user, near_base, &value, 200);
         search.starts = start;
-        search.start_count = 1;
+        search.start_count = 2;
     }
     search.function = job->function;
     search.method = s->method;
