@@ -7,7 +7,8 @@ static const char help_optimize[] =
     "                [--threads N] [--seed N] [--checkpoint FILE] [--resume FILE] [--picture FILE.png] [--efl LO,HI] [--back-focus LO,HI]\n"
     "                [--length LO,HI] [--fstop LO,HI] [--focus MM] [--edges GLASS[,AIR]]\n"
     "      a lens searched whose flare comes near to a target (flare target), from a lens or from scratch (the default; as few surfaces as will do,\n"
-    "      or N without the stop), until S seconds have passed (60, unless evaluations are limited), after N evaluations, or at a value of F or less.\n"
+    "      or N without the stop), until S seconds have passed (60, unless evaluations are limited), after N evaluations, or at a value of F or less\n"
+    "      (1e-16 where time alone is limited and one lens asked for).\n"
     "      Prints what was wanted and what was got. Ctrl-C or SIGTERM ends it: the best so far is written, the exit status is 130\n"
     "      --fnumber: of the target's iris in LENS; --keep-order: what is air there stays air. The target's locks hold for LENS, too\n"
     "      --top: also BEST-2.lens to BEST-K.lens, the next best whose spots differ from those of all better ones by 1 % or more\n"
@@ -156,7 +157,7 @@ static void optimize_create(optimize_job *job)
     lensopt_problem_desc d;
     lensopt_search_desc search;
     lflare_error error;
-    double start[LENSOPT_MAX_VARIABLES];
+    double start[2 * LENSOPT_MAX_VARIABLES];
     memset(&d, 0, sizeof d);
     memset(&search, 0, sizeof search);
     d.target = &job->target;
@@ -178,9 +179,13 @@ static void optimize_create(optimize_job *job)
     if (lensopt_problem_create(&d, &job->problem, &error) != LFLARE_OK) complain("flare optimize: %s", error.text);
     lensopt_problem_function(job->problem, &job->function);
     if (s->base != NULL) {
+        double *near_base = start + job->function.variables, value; /* downhill from it: often all that is asked for */
         if (lensopt_problem_point(job->problem, &base, d.iris, start, &error) != LFLARE_OK) complain("%s: %s", s->base, error.text);
+        memcpy(near_base, start, sizeof *start * (size_t)job->function.variables);
+        job->function.evaluate(job->function.user, near_base, 1, &value);
+        job->function.polish(job->function.user, near_base, &value, 200);
         search.starts = start;
-        search.start_count = 1;
+        search.start_count = 2;
     }
     search.function = job->function;
     search.method = s->method;
@@ -524,7 +529,7 @@ static void optimize_print_lens(const optimize_job *job, const optimize_found *f
 
 static const char *optimize_number(double v, int there, char *out)
 {
-    if (there) sprintf(out, "%.3f", v);
+    if (there) sprintf(out, "%.3f", fabs(v) < 0.0005 ? 0 : v);
     else strcpy(out, "-");
     return out;
 }
@@ -584,7 +589,8 @@ static void optimize_table(const optimize_job *job, const optimize_found *f)
         if (job->o->optimize.objective != LENSOPT_THESIS && f->f > 0) printf("; share %.2f %%", 100 * cost / f->f);
         printf("\n");
     }
-    if (clipped > 0) printf("warning   * %d spot%s where the lens's rims change what was reckoned with by more than 2 %%\n", (int)clipped, clipped == 1 ? "" : "s");
+    if (clipped > 0) printf("warning   * %d spot%s where the lens's rims change what was reckoned with by more than 2 %%%s\n", (int)clipped, clipped == 1 ? "" : "s",
+                            job->o->optimize.edges[0] > 0 ? "" : "; --edges 1 asks for surfaces that light passes whole");
 }
 
 /* ---- picture ---- */
@@ -659,9 +665,9 @@ static void optimize_picture(const optimize_job *job, const optimize_found *f)
     exposure = optimize_exposure(&p);
     for (x = 0; x < p.width * p.height; x++)
         for (c = 0; c < 3; c++) {
-            float v = 0.92f * tone(1 - expf(-exposure * p.light[3 * x + c]), 1), edge = 0.12f * fmaxf(p.edges[x], 0);
+            float v = 0.88f * tone(1 - expf(-exposure * p.light[3 * x + c]), 1), edge = 0.12f * fmaxf(p.edges[x], 0);
             int at = x % p.width;
-            rgb[3 * x + c] = at >= SPOTS_WIDTH && at < SPOTS_WIDTH + SPOTS_GAP ? 255 : (uint8_t)(255 * (v > 0.6f ? v - edge : v + edge) + 0.5f);
+            rgb[3 * x + c] = at >= SPOTS_WIDTH && at < SPOTS_WIDTH + SPOTS_GAP ? 255 : (uint8_t)(255 * (v + edge) + 0.5f);
         }
     write_png(job->o->optimize.picture, p.width, p.height, rgb);
     free(p.light);
@@ -670,6 +676,13 @@ static void optimize_picture(const optimize_job *job, const optimize_found *f)
 }
 
 /* ---- flare optimize ---- */
+
+static int optimize_locked(const lensopt_target *t)
+{
+    int i, any = t->stop_locks;
+    for (i = 0; i < LFLARE_MAX_SURFACES; i++) any |= t->locks[i];
+    return any != 0;
+}
 
 static void optimize_report(const optimize_job *job, optimize_found **found, int count)
 {
@@ -683,6 +696,7 @@ static void optimize_report(const optimize_job *job, optimize_found **found, int
     optimize_table(job, found[0]);
     if (s->top > 1) printf("\n");
     for (i = 1; i < count; i++) optimize_print_lens(job, found[i], i + 1);
+    if (s->base == NULL && optimize_locked(&job->target)) printf("note      the target's locks say nothing without --base\n");
     if (count < s->top) printf("top       %d lens%s found whose spots differ by 1 %% or more, not %d\n", count, count == 1 ? "" : "es", s->top);
 }
 
@@ -696,6 +710,7 @@ static int command_optimize(int argc, char **argv)
     int count, i, stopped;
     if (o.optimize.top == 0) o.optimize.top = 1;
     if (o.optimize.time == 0 && o.optimize.evaluations == 0) o.optimize.time = 60;
+    if (o.optimize.goal == 0 && o.optimize.evaluations == 0 && o.optimize.top == 1) o.optimize.goal = 1e-16; /* nobody sees the rest */
     optimize_check(&o);
     job.o = &o;
     optimize_read_target(o.operands[0], &job.target);

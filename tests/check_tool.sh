@@ -489,6 +489,53 @@ refused "a map without a ghost" "with --ghost I,J" colour-map $heliar -o "$dir/c
 refused "a map of no kind" "\.png was expected" colour-map $heliar --ghost 4,2 -o "$dir/c.pfm"
 refused "black" "black is not" colour-map $heliar --ghost 4,2 -o "$dir/c.png" --target 0,0,0
 refused "half a colour" "three numbers" colour-map $heliar --ghost 4,2 -o "$dir/c.png" --target 1,2
+# ---- optimize ----
+wish="$dir/wish.target" found="optimize $dir/wish.target --base lenses/heliar-tronnier.lens --fnumber 22"
+"$flare" target lenses/heliar-tronnier.lens -o "$wish" --light 5,3 --fnumber 22 --move 4,2=3 --colour 3,2=0.2,0.4,1 >/dev/null &&
+    "$flare" $found -o "$dir/best.lens" --evaluations 20000 --seed 1 --threads 1 --top 3 --picture "$dir/best.png" >"$dir/out" 2>"$dir/err" && [ ! -s "$dir/err" ] &&
+    "$flare" info "$dir/best.lens" | grep -qx 'ghosts    13' && "$flare" info "$dir/best-2.lens" >/dev/null && [ "$(head -c 4 "$dir/best.png" | od -An -c | tr -d ' ')" = '211PNG' ] &&
+    awk '/^objective seen / {found = $3 > 0 && $3 < 0.01} END {exit !found}' "$dir/out" && [ "$(grep -cE '^[0-9]+,[0-9]+ +-?[0-9]' "$dir/out")" = 13 ] &&
+    grep -q "^# memetic: objective seen, [0-9.e-]*, [0-9]* evaluations, seed 1$" "$dir/best.lens"
+result $? "optimize finds a lens for a target"
+# what it says to do shows what it says: the ghost that was moved, where rims cut nothing
+stop=$(sed -nE 's/^# iris .*render with --fnumber ([0-9.]+)$/\1/p' "$dir/best.lens")
+"$flare" render "$dir/best.lens" -o "$dir/c.pfm" --size 64x36 --angle 5,3 --fnumber "$stop" --ghosts-only &&
+    "$flare" target "$dir/best.lens" -o "$dir/got.target" --light 5,3 --fnumber "$stop" >/dev/null &&
+    near "$(sed -n '/^ghost 4,2 /{n;p;}' "$dir/got.target" | awk '{print $2}')" "$(awk '$1 == "4,2" {print $3}' "$dir/out")" 0.002
+result $? "and that lens shows the spots of its table"
+"$flare" $found -o "$dir/two.lens" --evaluations 20000 --seed 1 --threads 2 --top 3 >/dev/null && cmp "$dir/best.lens" "$dir/two.lens" && cmp "$dir/best-2.lens" "$dir/two-2.lens" && cmp "$dir/best-3.lens" "$dir/two-3.lens"
+result $? "optimize: the same bytes on one thread and two"
+"$flare" $found -o "$dir/half.lens" --evaluations 10000 --seed 1 --checkpoint "$dir/half.search" >/dev/null && ! cmp -s "$dir/half.lens" "$dir/best.lens" &&
+    "$flare" $found -o "$dir/whole.lens" --evaluations 20000 --seed 1 --resume "$dir/half.search" --top 3 >/dev/null && cmp "$dir/best.lens" "$dir/whole.lens" && cmp "$dir/best-3.lens" "$dir/whole-3.lens"
+result $? "optimize --resume goes on as if unbroken"
+"$flare" optimize "$wish" --scratch -o "$dir/new.lens" --algorithm jde --objective thesis --evaluations 20000 --edges 1 --efl 20,200 --threads 1 >"$dir/out" && "$flare" info "$dir/new.lens" >/dev/null &&
+    grep -q '^# from scratch$' "$dir/new.lens" && grep -q '^objective thesis ' "$dir/out"
+result $? "optimize --scratch"
+"$flare" $found -o "$dir/cut.lens" --time 100 --threads 1 --goal 1e-300 >"$dir/out" 2>"$dir/err" &
+searching=$!
+sleep 1
+kill -INT $searching
+wait $searching
+[ $? = 130 ] && grep -q 'interrupted; the best so far is in ' "$dir/err" && grep -q ': interrupted$' "$dir/out" && "$flare" info "$dir/cut.lens" >/dev/null
+result $? "optimize: an interrupt writes the best so far, status 130"
+wanted() { what=$1 pattern=$2; shift 2; refused "$what" "$pattern" optimize "$@"; }
+wanted "a target that is not there" 'No such file' "$dir/none.target" -o "$dir/c.lens"
+wanted "no target" 'needs a target' -o "$dir/c.lens"
+printf 'lensopt 1\nsensor 36 24\nlight 5 0\nghost\n  spot 3 x\n' >"$dir/bad.target"
+wanted "a malformed target" "^$dir/bad.target:5:10: " "$dir/bad.target" -o "$dir/c.lens"
+wanted "a lens that goes nowhere" 'with -o BEST\.lens' "$wish"
+wanted "a lens in a folder that is not there" '^flare: .*cannot be written' "$wish" -o "$dir/no/c.lens"
+wanted "a checkpoint there" '^flare: .*cannot be written' "$wish" -o "$dir/c.lens" --checkpoint "$dir/no/c"
+wanted "a range the wrong way round" '^flare: --efl: .*90 is more than 80' "$wish" -o "$dir/c.lens" --efl 90,80
+wanted "ranges that exclude each other" 'no lens has a back focus' "$wish" -o "$dir/c.lens" --back-focus 90,95 --length 20,50
+wanted "none of the best" '^flare: --top: ' "$wish" -o "$dir/c.lens" --top 0
+wanted "an algorithm of no name" "'memetic', 'de', 'jde' or 'pso' was expected, not 'luck'" "$wish" -o "$dir/c.lens" --algorithm luck
+wanted "a lens and none" 'not both' "$wish" -o "$dir/c.lens" --base lenses/heliar-tronnier.lens --scratch
+wanted "order of nothing" 'belong to --base' "$wish" -o "$dir/c.lens" --keep-order
+wanted "half an evaluation" 'whole number' "$wish" -o "$dir/c.lens" --evaluations 2.5
+wanted "to go on from another search" 'checkpoint is of another search' "$wish" -o "$dir/c.lens" --resume "$dir/half.search"
+wanted "to go on from no search" 'is no checkpoint' "$wish" -o "$dir/c.lens" --resume "$wish"
+if [ -w /dev/full ]; then wanted "a checkpoint on a full disk" 'No space left' "$wish" -o "$dir/c.lens" --checkpoint /dev/full; fi
 [ ! -e "$dir/c.png" ] && [ ! -e "$dir/c.svg" ] && [ ! -e "$dir/c.fit" ] && [ ! -e "$dir/c.lens" ] && [ -z "$(find "$dir" -name '*.part')" ]
 result $? "what is refused leaves no file"
 if [ -w /dev/full ]; then

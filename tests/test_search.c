@@ -334,7 +334,7 @@ static lensopt_search_desc busy_desc(lensopt_method method, int32_t threads)
     d.islands = 5;
     d.population = 16;
     d.period = 3;
-    d.patience = 4;
+    d.patience = 2;
     d.polish_steps = 5;
     d.threads = threads;
     d.seed = 3;
