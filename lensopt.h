@@ -3340,7 +3340,8 @@ static lflare_result lensopt__problem_base(lensopt_problem *p, lflare_error *err
     lflare_lens lens;
     lflare_result result = lflare_lens_derive(p->desc.base, &lens, error);
     if (result != LFLARE_OK) return result;
-    if (lens.surface_count - 1 > LENSOPT_MAX_SEARCHED || lens.surface_count < 3) return lensopt__fail(error, LFLARE_ERROR_LIMIT, "base: a lens of 2 to 64 surfaces was expected, not %i", lens.surface_count - 1);
+    if (lens.surface_count - 1 > LENSOPT_MAX_SEARCHED || lens.surface_count < 3)
+        return lensopt__fail(error, LFLARE_ERROR_LIMIT, "base: a lens of 2 to 64 surfaces was expected, not %i", lens.surface_count - 1);
     if (p->desc.surfaces != 0 && p->desc.surfaces != lens.surface_count - 1)
         return lensopt__fail(error, LFLARE_ERROR_ARGUMENT, "surfaces: 0 or the base's %i were expected, not %i", lens.surface_count - 1, p->desc.surfaces);
     p->has_base = 1;
@@ -3428,7 +3429,8 @@ LENSOPT_API lflare_result lensopt_problem_point(const lensopt_problem *p, const 
     lflare_lens lens;
     lensopt__design d;
     lflare_result result;
-    if (p == NULL || prescription == NULL || x == NULL || !lensopt__within(iris, 0, 1e4)) return lensopt__fail(error, LFLARE_ERROR_ARGUMENT, "a problem, a prescription, an iris's radius or 0, and room for a point were expected");
+    if (p == NULL || prescription == NULL || x == NULL || !lensopt__within(iris, 0, 1e4))
+        return lensopt__fail(error, LFLARE_ERROR_ARGUMENT, "a problem, a prescription, an iris's radius or 0, and room for a point were expected");
     result = lflare_lens_derive(prescription, &lens, error);
     if (result != LFLARE_OK) return result;
     if (lens.surface_count - 1 != p->surfaces) return lensopt__fail(error, LFLARE_ERROR_LENS, "a lens of %i surfaces was expected, not %i", p->surfaces, lens.surface_count - 1);
