@@ -202,7 +202,7 @@ static void slopes_are_differences(void **state)
     static double jacobian[ROWS * 90], other[ROWS * 90], r[ROWS], at[4][ROWS];
     static const double steps[4] = {-2, -1, 1, 2};
     const struct { const char *path; lensopt_objective objective; int32_t lights, lenses; } table[] = {
-        {heliar, LENSOPT_SEEN, 3, 450}, {heliar, LENSOPT_MATCHED, 1, 450}, {canon, LENSOPT_MATCHED, 1, 100}};
+        {heliar, LENSOPT_SEEN, 3, 490}, {heliar, LENSOPT_MATCHED, 1, 490}, {canon, LENSOPT_MATCHED, 1, 20}};
     uint64_t random = 11;
     size_t t;
     (void)state;
