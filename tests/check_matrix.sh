@@ -122,6 +122,7 @@ done
 try "lensopt.h: LENSOPT_NO_THREADS without a warning, C++" clang++ -std=c++11 $W -DLENSOPT_NO_THREADS -fsyntax-only "$B/opt.cpp"
 silent "lensopt.h: LENSOPT_NO_THREADS uses no threads" sh -c "nm $B/alone.o >$B/names && awk '/pthread_/' $B/names"
 try "lensopt.h: test_search with LENSOPT_NO_THREADS" sh -c "gcc -std=c99 -DLENSOPT_NO_THREADS -I. -O2 tests/test_search.c -o $B/alone -lcmocka -lm && $B/alone"
+try "lensopt.h: test_problem without vectors" sh -c "gcc -std=c99 -U__FLT_EVAL_METHOD__ -I. -O2 tests/test_problem.c -o $B/scalar -lcmocka -lpthread -lm && $B/scalar"
 if printf 'int main(void) { return 0; }\n' | clang -fsanitize=thread -x c - -o "$B/tsan" 2>/dev/null && "$B/tsan"; then
     try "lensopt.h: test_search with ThreadSanitizer" sh -c "clang -std=c99 -g -O1 -fsanitize=thread -I. tests/test_search.c -o $B/tsan -lcmocka -lpthread -lm && TSAN_OPTIONS=halt_on_error=1 $B/tsan threads"
 else

@@ -131,7 +131,7 @@ static double thesis_by_hand(const lensopt_problem *problem, const double *x, do
         r2 = iris * fabs(m.m.a / m.ma.a);
         c1 = m.m.b * u;
         c2 = (m.m.b - m.m.a * m.ma.b / m.ma.a) * u;
-        if (fabs(c1 - c2) > r1 + r2 || lflare_film_reflectance(1, 1, NULL, 0, 510, 0) > 0) continue;
+        if (fabs(c1 - c2) > r1 + r2) continue;
         r = fmin(r1, r2);
         c = r1 < r2 ? c1 : c2;
         for (k = n++; k > 0 && radius[k - 1] > r; k--) {
