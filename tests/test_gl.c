@@ -15,6 +15,8 @@
 
 enum { W = 1280, H = 720 };
 
+static int size_x = W, size_y = H; /* of what draw_both compares: a quarter of the target where a pixel takes llvmpipe long */
+
 static gl_host context;
 static GLuint target, framebuffer;
 static char log_text[4096];
@@ -163,6 +165,13 @@ static const char *egl_or_gpu(void)
     return which != NULL && strcmp(which, "gpu") == 0 ? which : "egl";
 }
 
+static void set_size(int width, int height)
+{
+    size_x = width;
+    size_y = height;
+    glViewport(0, 0, width, height);
+}
+
 static int open_target(int es)
 {
     static int told[2];
@@ -180,7 +189,7 @@ static int open_target(int es)
     glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, target, 0);
     assert_int_equal(glCheckFramebufferStatus(GL_FRAMEBUFFER), GL_FRAMEBUFFER_COMPLETE);
     glBindTexture(GL_TEXTURE_2D, 0);
-    glViewport(0, 0, W, H);
+    set_size(W, H);
     glClearColor(0, 0, 0, 0.25f);
     glClear(GL_COLOR_BUFFER_BIT);
     return 1;
@@ -249,7 +258,7 @@ static void one_frame_of(lflare *flare, float degrees, float radius, int lights,
     assert_int_equal(lflare_frame(flare, &view, light, lights), LFLARE_OK);
 }
 
-static void one_frame(lflare *flare, float degrees, float radius, int lights) { one_frame_of(flare, degrees, radius, lights, W, H); }
+static void one_frame(lflare *flare, float degrees, float radius, int lights) { one_frame_of(flare, degrees, radius, lights, size_x, size_y); }
 
 static int by_value(const void *a, const void *b)
 {
@@ -265,14 +274,14 @@ static double psnr(const float *a, const float *b)
     double sum = 0, count = 0;
     float white;
     int k;
-    for (i = 0; i < (size_t)W * H; i++) {
+    for (i = 0; i < (size_t)(size_x * size_y); i++) {
         float most = fmaxf(b[4 * i], fmaxf(b[4 * i + 1], b[4 * i + 2]));
         if (most > 0) lit[n++] = most;
     }
     assert_true(n > 100);
     qsort(lit, n, sizeof lit[0], by_value);
     white = lit[(size_t)((double)(n - 1) * 0.998)];
-    for (i = 0; i < (size_t)W * H; i++) {
+    for (i = 0; i < (size_t)(size_x * size_y); i++) {
         float most = 0;
         for (k = 0; k < 3; k++) most = fmaxf(most, fmaxf(a[4 * i + (size_t)k], b[4 * i + (size_t)k]));
         if (most <= 1e-4f * white) continue;
@@ -311,8 +320,8 @@ static double draw_both(lflare_gl *gl, lflare *flare, float degrees, float radiu
     lflare_image image;
     int i;
     memset(&image, 0, sizeof image);
-    image.width = W;
-    image.height = H;
+    image.width = size_x;
+    image.height = size_y;
     image.pixels = expected;
     image.bottom_up = 1;
     memset(expected, 0, sizeof expected);
@@ -328,9 +337,9 @@ static double draw_both(lflare_gl *gl, lflare *flare, float degrees, float radiu
         glBindFramebuffer(GL_FRAMEBUFFER, (GLuint)bound);
     }
     assert_int_equal(glGetError(), GL_NO_ERROR);
-    glReadPixels(0, 0, W, H, GL_RGBA, GL_FLOAT, drawn);
+    glReadPixels(0, 0, size_x, size_y, GL_RGBA, GL_FLOAT, drawn);
     *off = 0;
-    for (i = 0; i < 4 * W * H; i++) {
+    for (i = 0; i < 4 * size_x * size_y; i++) {
         if (i % 4 == 3) assert_true(drawn[i] == 0.25f); /* alpha stays */
         else *off += !(fabsf(drawn[i] - expected[i]) <= 0.02f * expected[i] + 1e-3f);
     }
@@ -593,6 +602,7 @@ static void spectrum_equals_software(int es)
     settings.mask.dust_count = es ? 20 : 0;
     assert_int_equal(lflare_configure(flare, &settings, NULL), LFLARE_OK);
     assert_int_equal(lflare_get_tables(flare)->wavelength_count, 12);
+    if (es) set_size(W / 2, H / 2); /* all of it takes two minutes */
     found = draw_both(gl, flare, 5.45f, 0, 0, &off);
     print_message("twelve wavelengths, GL against software%s: %.1f dB\n", es ? ", with blades, fringes and dust" : "", found);
     assert_true(found >= 40); /* caustics */
@@ -738,6 +748,7 @@ static void everything_equals_software(int es)
     glGetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &bound);
     many = open_samples(&colors);
     gl = create(&desc);
+    if (!es) set_size(W / 2, H / 2); /* all of the two takes a minute and a half */
     for (y = 0; y < 256; y++) /* a drop */
         for (x = 0; x < 256; x++) pixels[256 * y + x] = hypot(x - 128, y - 150) < 80 || (y < 150 && abs(x - 128) < (y - 20) * 0.62) ? 1.0f : 0.0f;
     for (l = es; l < 2; l++) { /* the Nikon's meshes with four samples: 46.1 dB, in a minute */
@@ -764,8 +775,8 @@ static void everything_equals_software(int es)
         settings.starburst_size = 512;
         assert_int_equal(lflare_configure(flare, &settings, NULL), LFLARE_OK);
         memset(&view, 0, sizeof view);
-        view.width = W;
-        view.height = H;
+        view.width = size_x;
+        view.height = size_y;
         view.squeeze = l == 0 ? 1.6f : 0;
         memset(lights, 0, sizeof lights);
         for (i = 0; i < 3; i++) lights[0].color[i] = 1, lights[1].color[i] = 0.3f;
@@ -778,8 +789,8 @@ static void everything_equals_software(int es)
         lights[0].occlusion[1] = 0.5f;
         assert_int_equal(lflare_frame(flare, &view, lights, 2), LFLARE_OK);
         memset(&image, 0, sizeof image);
-        image.width = W;
-        image.height = H;
+        image.width = size_x;
+        image.height = size_y;
         image.pixels = expected;
         image.bottom_up = 1;
         memset(expected, 0, sizeof expected);
@@ -794,8 +805,8 @@ static void everything_equals_software(int es)
             glBindFramebuffer(GL_FRAMEBUFFER, (GLuint)bound);
         }
         assert_int_equal(glGetError(), GL_NO_ERROR);
-        read_target(drawn);
-        for (i = 0; i < 4 * W * H; i++) {
+        glReadPixels(0, 0, size_x, size_y, GL_RGBA, GL_FLOAT, drawn);
+        for (i = 0; i < 4 * size_x * size_y; i++) {
             double a = pow(fmin((double)expected[i], 1), 1 / 2.2), b = pow(fmin((double)drawn[i], 1), 1 / 2.2);
             if (i % 4 == 3 || !(expected[i] > 0)) continue;
             wrong += (a - b) * (a - b);
@@ -865,6 +876,7 @@ static void calls(void **state)
     desc.no_restore = 1;
     waits = 0;
     gl = create(&desc);
+    set_size(W / 4, H / 4); /* nobody looks at the pictures */
     assert_int_equal(waits, 0); /* nothing that reads back or waits is even loaded */
     for (lights = 0; lights <= 4; lights += 2) {
         one_frame(flare, 3, 0, lights);
@@ -878,7 +890,7 @@ static void calls(void **state)
         assert_int_equal(lflare_gl_occlusion(gl, NULL, 0, &depth), LFLARE_OK);
         assert_int_equal(lflare_gl_draw_half(gl, lflare_get_tables(flare), lflare_get_frame(flare)), LFLARE_OK);
         glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
-        glViewport(0, 0, W, H);
+        glViewport(0, 0, size_x, size_y);
         assert_int_equal(lflare_gl_add_half(gl), LFLARE_OK);
         assert_int_equal(draws, lights > 0 ? 5 : 1); /* the strip; the flare, the enlarging */
         assert_int_equal(asks, 0);
