@@ -646,7 +646,7 @@ static void best_points_are_best(void **state)
 /* Airy's sum of one layer at normal incidence. */
 static double airy(double n0, double n1, double n2, double thickness, double nm)
 {
-    double a = (n0 - n1) / (n0 + n1), b = (n1 - n2) / (n1 + n2), c = cos(4 * LENSOPT__PI * n1 * thickness / nm);
+    double a = (n0 - n1) / (n0 + n1), b = (n1 - n2) / (n1 + n2), c = cos(4 * 3.14159265358979323846 * n1 * thickness / nm);
     return (a * a + b * b + 2 * a * b * c) / (1 + a * a * b * b + 2 * a * b * c);
 }
 

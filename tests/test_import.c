@@ -7,8 +7,12 @@
 #include "lenses/lensimport.h"
 
 #include <locale.h>
+#include <math.h>
 #include <setjmp.h>
+#include <stdarg.h>
 #include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 #include <time.h>
 
 #include <cmocka.h>

@@ -4,8 +4,12 @@
 #include "lensflare.h"
 
 #include <locale.h>
+#include <math.h>
 #include <setjmp.h>
+#include <stdarg.h>
 #include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 
 #include <cmocka.h>
 
