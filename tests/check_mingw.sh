@@ -83,10 +83,11 @@ for machine in x86_64 i686; do
     fi
     $cc -std=c99 $warn -I. -O2 -c "$dir/impl.c" -o "$dir/impl.o" >"$dir/log" 2>&1
     result $? "$machine: the header alone"
-    for name in windows_first windows_not windows_last; do $cc -std=c99 $warn -I. -O2 -c "$dir/$name.c" -o "$dir/$name.o" || break; done >"$dir/log" 2>&1
-    [ -e "$dir/windows_last.o" ]
+    # what names get in whose way the front end says: the code is the same in all three, and is compiled with search.c
+    for name in windows_first windows_not windows_last; do $cc -std=c99 $warn -I. -fsyntax-only "$dir/$name.c" || echo "$name.c"; done >"$dir/log" 2>&1
+    [ ! -s "$dir/log" ]
     result $? "$machine: lensopt.h without <windows.h>, before and behind it"
-    $cc -std=c99 $warn -I. -O2 "$dir/search.c" -o "$dir/search-$machine.exe" -lm >"$dir/log" 2>&1
+    $cc -std=c99 $warn -I. -O2 -DLENSFLARE_IMPLEMENTED "$dir/search.c" "$dir/impl.o" -o "$dir/search-$machine.exe" -lm >"$dir/log" 2>&1
     result $? "$machine: a search"
     for name in 00_null 02_own_renderer flare; do
         $cc -std=c99 $warn -I. -O2 "examples/$name.c" -o "$dir/$name-$machine.exe" -lm >"$dir/log" 2>&1
