@@ -23,12 +23,13 @@
        >> 4 colour
        >> 5 target
        >> 6 problem
-       >> 7 objective
-       >> 8 polish
-       >> 9 lenses
-       >> 10 algorithms
-       >> 11 search
-       >> 12 coatings
+       >> 7 assignment
+       >> 8 objective
+       >> 9 polish
+       >> 10 lenses
+       >> 11 algorithms
+       >> 12 search
+       >> 13 coatings
 
    THE TARGET FORMAT
 
@@ -273,8 +274,9 @@ typedef struct lensopt_function {
     void (*evaluate)(void *user, const double *x, int32_t count, double *f); /* count points one after the other; what is not finite counts as
                                                                                 the worst */
     void (*sample)(void *user, uint64_t *random, double *x);                 /* a point to start from; NULL: evenly within the bounds */
-    int32_t (*polish)(void *user, double *x, double *f, int32_t steps);      /* goes downhill from x, whose value is *f, at most `steps` steps;
-                                                                                returns how many evaluations that was worth; NULL: none */
+    int32_t (*polish)(void *user, double *x, double *f, int32_t steps);      /* goes downhill from x, whose value is *f, or is not known (HUGE_VAL),
+                                                                                at most `steps` steps; returns how many evaluations that was
+                                                                                worth; x and *f stay where nothing better is found; NULL: none */
 } lensopt_function;
 
 typedef enum lensopt_method {
@@ -403,7 +405,9 @@ enum { LENSOPT_MAX_SEARCHED = 64 }; /* surfaces of a lens that is searched for, 
 typedef enum lensopt_objective {
     LENSOPT_SEEN = 0, /* least-cost assignment of ghosts, differences in units of a spot's size, weighed by what of it is on the frame, all lights:
                          its root is a mean relative difference */
-    LENSOPT_MATCHED,  /* the same in mm^2, all spots of weight > 0 alike at the first light: the thesis' sum without its jumps where two sizes change places */
+    LENSOPT_MATCHED,  /* the same in mm^2, all spots of weight > 0 alike at the first light: the thesis' sum without its jumps where two sizes change
+                         places. A ghost too many costs 500 mm over its radius, as many times the thesis' price as there are spots: there it
+                         has to be larger than all spots, lest the pairs by rank no longer fit */
     LENSOPT_THESIS    /* Van Acoleyen 2025, algorithm 1: pairs by rank of size. A lens of too few ghosts costs 1e5 */
 } lensopt_objective;
 
@@ -1755,6 +1759,7 @@ struct lensopt_problem {
     double unit, light_root[LENSOPT_MAX_LIGHTS], surplus_root; /* SEEN: 1 % of the frame's diagonal; of a ghost too many, over its radius and unit */
     double missing[LENSOPT_MAX_GHOSTS]; /* of a goal without a ghost */
     double sorted_centre[LENSOPT_MAX_GHOSTS], sorted_radius[LENSOPT_MAX_GHOSTS]; /* THESIS: by rank */
+    int32_t goal_at[LENSOPT_MAX_GHOSTS]; /* by rank */
 };
 
 static int32_t lensopt__pairs_of(int32_t n) { return n * (n - 1) / 2; }
@@ -1964,16 +1969,17 @@ static void lensopt__rank_goals(lensopt_problem *p)
 {
     int32_t g, i;
     for (g = 0; g < p->goals; g++) {
-        const lensopt_goal *goal = &p->target.ghosts[p->ghost_of[g]].goals[0];
-        for (i = g; i > 0 && p->sorted_radius[i - 1] > goal->radius; i--) {
+        double radius = p->target.ghosts[p->ghost_of[g]].goals[0].radius;
+        for (i = g; i > 0 && p->sorted_radius[i - 1] > radius; i--) {
             p->sorted_radius[i] = p->sorted_radius[i - 1];
-            p->sorted_centre[i] = p->sorted_centre[i - 1];
+            p->goal_at[i] = p->goal_at[i - 1];
         }
-        p->sorted_radius[i] = goal->radius;
-        p->sorted_centre[i] = goal->centre;
+        p->sorted_radius[i] = radius;
+        p->goal_at[i] = g;
         p->weight[0][g] = 1.0 / p->goals;
     }
-    p->surplus = 500.0 / p->goals;
+    for (i = 0; i < p->goals; i++) p->sorted_centre[i] = p->target.ghosts[p->ghost_of[p->goal_at[i]]].goals[0].centre;
+    p->surplus = p->desc.objective == LENSOPT_THESIS ? 500.0 / p->goals : 500;
     for (g = 0; g < p->goals; g++) p->missing[g] = 1e5 / p->goals; /* all of them: the thesis' 1e5 */
 }
 
@@ -2135,13 +2141,11 @@ static double lensopt__penalty(const lensopt_problem *p, const lensopt__design *
 }
 
 
-/* >> 7 objective */
-/* Many candidates at a time: each number is an array over lanes. Optical lengths and angles are the reduced ones (gap / n, n * angle), so that
-   every matrix has determinant 1: refraction [1 0; -phi 1], a mirror [1 0; psi 1], a gap [1 tau; 0 1]. Mirrors met from the front have
-   psi = 2 n c, from behind -2 n c.
+/* >> 7 assignment */
+/* Which of a lens's ghosts is which of the target's: rows (those of the target) are given columns (those of the lens), each column at most once,
+   or none at a price of their own, so that all costs add up to the least. */
 
-   The first row of a ghost's matrix to the sensor is: what lies behind surface i (s), mirror i, back from i to j, mirror j, and the way there (P j).
-   For one i it grows with j by two multiply-adds; the mirror takes one, the way there four. */
+/* -- numbers in lanes -- */
 
 #if defined(__GNUC__) && defined(__FLT_EVAL_METHOD__) && __FLT_EVAL_METHOD__ == 0
 #define LENSOPT__INLINE static inline __attribute__((always_inline))
@@ -2171,8 +2175,182 @@ typedef int lensopt__mask;
 #define LENSOPT__KERNEL(name) name##_plain
 #endif
 
+/* -- assignments -- */
+
+typedef struct lensopt__assignment {
+    int32_t rows, columns;
+    double *cost;           /* a row's columns after each other */
+    double *none;           /* of a row without a column */
+    int32_t *column_of;     /* of each row; -1: none */
+    int32_t *row_of;        /* of each column; -1: none */
+    int32_t stride;         /* columns, up to whole lanes: those behind the last cost HUGE_VAL */
+    double *price, *least;  /* of a column; the shortest way to it */
+    double *way, *closed;   /* the row before it on that way; 0, or HUGE_VAL where that is final: doubles for the lanes' sake */
+    int32_t *alone;         /* rows that wait */
+} lensopt__assignment;
+
+static int32_t lensopt__whole_lanes(int32_t count) { return (count + LENSOPT__LANES - 1) / LENSOPT__LANES * LENSOPT__LANES; }
+
+/* Bytes that an assignment's arrays take. */
+static size_t lensopt__assignment_size(int32_t rows, int32_t columns)
+{
+    size_t r = (size_t)rows, stride = (size_t)lensopt__whole_lanes(columns);
+    return sizeof(double) * ((r + 4) * stride + r) + sizeof(int32_t) * (2 * r + stride) + sizeof(lensopt__vec);
+}
+
+/* memory: as many bytes. */
+static void lensopt__assignment_in(void *memory, int32_t rows, int32_t columns, lensopt__assignment *out)
+{
+    int32_t i, j;
+    out->rows = rows;
+    out->columns = columns;
+    out->stride = lensopt__whole_lanes(columns);
+    out->cost = (double *)(((uintptr_t)memory + sizeof(lensopt__vec) - 1) / sizeof(lensopt__vec) * sizeof(lensopt__vec));
+    out->price = out->cost + (size_t)rows * (size_t)out->stride;
+    out->least = out->price + out->stride;
+    out->way = out->least + out->stride;
+    out->closed = out->way + out->stride;
+    out->none = out->closed + out->stride;
+    out->column_of = (int32_t *)(void *)(out->none + rows);
+    out->row_of = out->column_of + rows;
+    out->alone = out->row_of + out->stride;
+    for (i = 0; i < rows; i++)
+        for (j = columns; j < out->stride; j++) out->cost[(size_t)i * (size_t)out->stride + (size_t)j] = HUGE_VAL;
+}
+
+/* Rows bid: each takes the column that is best for it, whose price falls until the second best would do as well, and the row that had it bids
+   again (augmenting row reduction; Jonker and Volgenant, Computing 38, 1987). Few rows are left alone; returns how many. */
+static int32_t lensopt__bid(lensopt__assignment *a)
+{
+    int32_t left = a->rows, bids = 8 * a->rows, round, i, j;
+    for (i = 0; i < a->rows; i++) a->alone[i] = i;
+    for (round = 0; round < 3; round++) {
+        int32_t waiting = left;
+        for (left = i = 0; i < waiting; bids--) {
+            int32_t row = a->alone[i++], best = -1, other;
+            const double *cost = a->cost + (size_t)row * (size_t)a->stride;
+            double first = a->none[row], second = HUGE_VAL;
+            if (bids <= 0) {
+                a->alone[left++] = row;
+                continue;
+            }
+            for (j = 0; j < a->columns; j++) {
+                double c = cost[j] - a->price[j];
+                if (!(c < second)) continue;
+                second = c < first ? first : c;
+                if (c < first) {
+                    first = c;
+                    best = j;
+                }
+            }
+            a->column_of[row] = best;
+            if (best < 0) continue;
+            other = a->row_of[best];
+            a->row_of[best] = row;
+            if (second < HUGE_VAL) a->price[best] -= second - first;
+            if (other < 0) continue;
+            a->column_of[other] = -1;
+            if (second > first) a->alone[--i] = other;
+            else a->alone[left++] = other;
+        }
+    }
+    return left;
+}
+
+/* Ways over `row`, which lies `base` nearer than its costs say: the nearest column then that is not closed; *shortest: how far it is. */
+LENSOPT__INLINE int32_t lensopt__reach_over(lensopt__assignment *a, int32_t row, double base, double *shortest)
+{
+    const lensopt__vec none = {0};
+    const lensopt__vec *cost = (const lensopt__vec *)(const void *)(a->cost + (size_t)row * (size_t)a->stride), *price = (const lensopt__vec *)(const void *)a->price;
+    const lensopt__vec *closed = (const lensopt__vec *)(const void *)a->closed;
+    lensopt__vec *least = (lensopt__vec *)(void *)a->least, *way = (lensopt__vec *)(void *)a->way, nearest = none - 1, best = none + HUGE_VAL, at = none, from = none + row;
+    int32_t k, l, out = -1;
+    for (l = 0; l < LENSOPT__LANES; l++) LENSOPT__LANE(at, l) = l;
+    for (k = 0; k < a->stride / LENSOPT__LANES; k++, at += LENSOPT__LANES) {
+        lensopt__vec here = cost[k] - price[k] - base + closed[k], open;
+        lensopt__mask shorter = LENSOPT__BITS(here < least[k]);
+        least[k] = LENSOPT__WHERE(shorter, here, least[k]);
+        way[k] = LENSOPT__WHERE(shorter, from, way[k]);
+        open = least[k] + closed[k];
+        shorter = LENSOPT__BITS(open < best);
+        best = LENSOPT__WHERE(shorter, open, best);
+        nearest = LENSOPT__WHERE(shorter, at, nearest);
+    }
+    *shortest = HUGE_VAL;
+    for (l = 0; l < LENSOPT__LANES; l++) {
+        double d = LENSOPT__LANE(best, l), j = LENSOPT__LANE(nearest, l);
+        if (!(d < *shortest || (d == *shortest && j < out))) continue;
+        *shortest = d;
+        out = (int32_t)j;
+    }
+    return out;
+}
+
+/* The shortest way from a row that is alone to a column that is free, or to a row that does without, by Dijkstra's search; all rows on it
+   change their columns. */
+LENSOPT__INLINE void lensopt__augment_lanes(lensopt__assignment *a, int32_t source)
+{
+    int32_t row = source, at = -1, without = source, j;
+    double reached = 0, none = HUGE_VAL, base = 0;
+    for (j = 0; j < a->stride; j++) {
+        a->least[j] = HUGE_VAL;
+        a->closed[j] = 0;
+    }
+    for (;;) {
+        double shortest;
+        int32_t nearest = lensopt__reach_over(a, row, base, &shortest);
+        if (a->none[row] - base < none) {
+            none = a->none[row] - base;
+            without = row;
+        }
+        at = -1;
+        reached = none;
+        if (nearest < 0 || none <= shortest) break;
+        at = nearest;
+        reached = shortest;
+        row = a->row_of[at];
+        if (row < 0) break;
+        a->closed[at] = HUGE_VAL;
+        base = a->cost[(size_t)row * (size_t)a->stride + (size_t)at] - a->price[at] - reached;
+    }
+    for (j = 0; j < a->columns; j++)
+        if (a->closed[j] > 0) a->price[j] += a->least[j] - reached;
+    do {
+        row = at >= 0 ? (int32_t)a->way[at] : without;
+        j = a->column_of[row];
+        a->column_of[row] = at;
+        if (at >= 0) a->row_of[at] = row;
+        at = j;
+    } while (row != source);
+}
+
+static void lensopt__augment_plain(lensopt__assignment *a, int32_t source) { lensopt__augment_lanes(a, source); }
+#if defined(LENSOPT__WIDE)
+LENSOPT__WIDE static void lensopt__augment_wide(lensopt__assignment *a, int32_t source) { lensopt__augment_lanes(a, source); }
+#endif
+
+/* What costs HUGE_VAL, or is not a number, is not taken; none costs a number. column_of and row_of are filled. */
+static void lensopt__assignment_solve(lensopt__assignment *a)
+{
+    int32_t i, alone;
+    for (i = 0; i < a->stride; i++) {
+        a->price[i] = 0;
+        a->row_of[i] = -1;
+    }
+    for (i = 0; i < a->rows; i++) a->column_of[i] = -1;
+    alone = lensopt__bid(a);
+    for (i = 0; i < alone; i++) LENSOPT__KERNEL(lensopt__augment)(a, a->alone[i]);
+}
+
+/* >> 8 objective */
+/* Many candidates at a time: each number is an array over lanes. Optical lengths and angles are the reduced ones (gap / n, n * angle), so that
+   every matrix has determinant 1: refraction [1 0; -phi 1], a mirror [1 0; psi 1], a gap [1 tau; 0 1]. Mirrors met from the front have
+   psi = 2 n c, from behind -2 n c.
+
+   The first row of a ghost's matrix to the sensor is: what lies behind surface i (s), mirror i, back from i to j, mirror j, and the way there (P j).
+   For one i it grows with j by two multiply-adds; the mirror takes one, the way there four. */
+
 #define LENSOPT__MOST_PAIRS 2016 /* of LENSOPT_MAX_SEARCHED surfaces */
-#define LENSOPT__COLUMNS 3041    /* and LENSOPT_MAX_GHOSTS and one */
 
 /* Candidates whose stop stands in the same gap. */
 typedef struct lensopt__batch {
@@ -2406,7 +2584,7 @@ static void lensopt__thesis(const lensopt_problem *p, const double *x, int32_t c
     }
 }
 
-/* >> 8 polish */
+/* >> 9 polish */
 /* Downhill with exact slopes: each goal is given its ghost (least-cost assignment), then Levenberg-Marquardt steps for the sum of squares. */
 
 /* One candidate's tables, out of a batch. */
@@ -2618,6 +2796,8 @@ static void lensopt__image_of(double m00, double m01, double a00, double s01, do
     }
 }
 
+enum { LENSOPT__ROWS = 4, LENSOPT__VECTORS = LENSOPT_MAX_VARIABLES / LENSOPT__LANES + 1 };
+
 /* What a polish works on; one block of memory. */
 typedef struct lensopt__descent {
     const lensopt_problem *p;
@@ -2634,17 +2814,20 @@ typedef struct lensopt__descent {
     double spot[LENSOPT_MAX_LIGHTS][LENSOPT__MOST_PAIRS][3]; /* of those: centre, radius (negative where it is the wrong way round), overlap */
     double x[LENSOPT__LANES][LENSOPT_MAX_VARIABLES], kept[LENSOPT_MAX_VARIABLES], lo[LENSOPT_MAX_VARIABLES], hi[LENSOPT_MAX_VARIABLES];
     int32_t vectors;                                /* that hold one number a variable */
-    lensopt__vec gradient[(int)LENSOPT_MAX_VARIABLES / LENSOPT__LANES + 1], row[(int)LENSOPT_MAX_VARIABLES / LENSOPT__LANES + 1], step[LENSOPT_MAX_VARIABLES]; /* step: a lane each */
+    lensopt__vec gradient[LENSOPT__VECTORS], step[LENSOPT_MAX_VARIABLES]; /* step: a lane each */
+    lensopt__vec row[LENSOPT__ROWS][LENSOPT__VECTORS]; /* residuals' slopes that are not yet in the sums */
+    double residual[LENSOPT__ROWS];
+    int32_t rows_full;
     double m00[LENSOPT_MAX_VARIABLES], m01[LENSOPT_MAX_VARIABLES], a00[LENSOPT_MAX_VARIABLES], s01[LENSOPT_MAX_VARIABLES]; /* slopes of a ghost's */
     double direct_a00[LENSOPT_MAX_VARIABLES], direct_a01[LENSOPT_MAX_VARIABLES], direct_m01[LENSOPT_MAX_VARIABLES];
-    double potential[LENSOPT_MAX_GHOSTS + 1], price[LENSOPT__COLUMNS], least[LENSOPT__COLUMNS];
-    int32_t taken[LENSOPT__COLUMNS], way[LENSOPT__COLUMNS], visited[LENSOPT__COLUMNS];
+    int32_t by_size[LENSOPT__MOST_PAIRS];           /* THESIS: those that are there */
+    double paid[LENSOPT_MAX_GHOSTS];                /* what goals cost as they are assigned */
     int32_t rows_made;
     double *jacobian, *residuals;                   /* NULL, or where rows are written, too, by variables as they are */
     int32_t held[LENSOPT_MAX_VARIABLES];
     void *memory;
     lensopt__vec *normal, *factor;                  /* behind this: a row of vectors a variable; a triangle of lanes */
-    double *costs;                                  /* goals by ghosts */
+    void *assignment;                               /* memory for that of goals to ghosts */
     double *constraint_slopes;                      /* a row each */
 } lensopt__descent;
 
@@ -2693,6 +2876,16 @@ static void lensopt__spots_of_lane(lensopt__descent *w, int l)
 
 /* -- what a pairing costs -- */
 
+/* The images of a spot that is wanted have to overlap by a part of the smaller one's radius; one that is just hidden is as bad as one that is off by
+   its radius. If less is asked for, searches find lenses all of whose spots are where they should be, and hidden by next to nothing. */
+#define LENSOPT__OVERLAP 0.1
+
+static double lensopt__unseen(double radius, double overlap)
+{
+    double e = overlap / LENSOPT__OVERLAP - fabs(radius);
+    return e < 0 ? e : 0;
+}
+
 static double lensopt__cost(const lensopt__descent *w, int32_t goal, int32_t k)
 {
     const lensopt_problem *p = w->p;
@@ -2701,8 +2894,8 @@ static double lensopt__cost(const lensopt__descent *w, int32_t goal, int32_t k)
     double sum = 0;
     for (l = 0; l < p->lights; l++) {
         const double *spot = w->spot[l][k];
-        double dc = spot[0] - goals[l].centre, dr = spot[1] - goals[l].radius, e = 0;
-        if (goals[l].wish == LENSOPT_SPOT) e = dc * dc + dr * dr + (spot[2] < 0 ? spot[2] * spot[2] : 0);
+        double dc = spot[0] - goals[l].centre, dr = spot[1] - goals[l].radius, unseen = lensopt__unseen(spot[1], spot[2]), e = 0;
+        if (goals[l].wish == LENSOPT_SPOT) e = dc * dc + dr * dr + unseen * unseen;
         else if (goals[l].wish == LENSOPT_SPOT_HIDDEN) e = spot[2] > 0 ? spot[2] * spot[2] : 0;
         sum += p->weight[l][goal] * e;
     }
@@ -2737,93 +2930,78 @@ static double lensopt__total(const lensopt__descent *w, int l)
     return sum;
 }
 
-/* -- assignment -- */
+static double lensopt__size(const lensopt__descent *w, int32_t k) { return w->spot[0][k][2] < 0 ? HUGE_VAL : fabs(w->spot[0][k][1]); }
 
-/* Column 1 to count: a ghost, which is then not too many; behind them: none. */
-static double lensopt__column_cost(const lensopt__descent *w, int32_t goal, int32_t column)
+/* As the thesis pairs: by rank of size, what is hidden last. The order is that of the last time, sorted anew. 1 if it has changed. */
+static int lensopt__pair_by_rank(lensopt__descent *w)
 {
-    return column <= w->count ? w->costs[goal * w->count + column - 1] : w->p->missing[goal];
+    int32_t g, i, k, changed = 0;
+    for (k = 1; k < w->count; k++) {
+        int32_t ghost = w->by_size[k];
+        double size = lensopt__size(w, ghost);
+        for (i = k; i > 0 && lensopt__size(w, w->by_size[i - 1]) > size; i--) w->by_size[i] = w->by_size[i - 1];
+        w->by_size[i] = ghost;
+        changed |= i != k;
+    }
+    for (k = 0; k < w->count; k++) w->goal_of[k] = -1;
+    for (g = 0; g < w->p->goals; g++) {
+        w->mate[w->p->goal_at[g]] = g < w->count ? w->by_size[g] : -1;
+        if (g < w->count) w->goal_of[w->by_size[g]] = w->p->goal_at[g];
+    }
+    return changed;
 }
 
-/* Shortest augmenting path for one more goal (Kuhn and Munkres with potentials). */
-static void lensopt__augment(lensopt__descent *w, int32_t goal)
+/* A ghost that is given to a goal is not too many. */
+static void lensopt__assign_least(lensopt__descent *w)
 {
-    int32_t columns = w->count + w->p->goals, at = 0, j;
-    for (j = 0; j <= columns; j++) {
-        w->least[j] = HUGE_VAL;
-        w->visited[j] = 0;
+    lensopt__assignment a;
+    int32_t g, k;
+    lensopt__assignment_in(w->assignment, w->p->goals, w->count, &a);
+    for (k = 0; k < w->count; k++) {
+        double surplus = fmin(lensopt__surplus(w, k), 1e100); /* a point costs HUGE_VAL */
+        for (g = 0; g < a.rows; g++) a.cost[g * a.stride + k] = lensopt__cost(w, g, k) - surplus;
     }
-    w->taken[0] = goal;
-    do {
-        int32_t next = 0, row = w->taken[at];
-        double delta = HUGE_VAL;
-        w->visited[at] = 1;
-        for (j = 1; j <= columns; j++) {
-            double reduced;
-            if (w->visited[j]) continue;
-            reduced = lensopt__column_cost(w, row, j) - w->potential[row] - w->price[j];
-            if (reduced < w->least[j]) {
-                w->least[j] = reduced;
-                w->way[j] = at;
-            }
-            if (w->least[j] < delta || next == 0) {
-                delta = w->least[j];
-                next = j;
-            }
-        }
-        for (j = 0; j <= columns; j++) {
-            if (!w->visited[j]) w->least[j] -= delta;
-            else {
-                w->potential[w->taken[j]] += delta;
-                w->price[j] -= delta;
-            }
-        }
-        at = next;
-    } while (w->taken[at] >= 0);
-    for (; at != 0; at = w->way[at]) w->taken[at] = w->taken[w->way[at]];
+    memcpy(a.none, w->p->missing, sizeof *a.none * (size_t)a.rows);
+    lensopt__assignment_solve(&a);
+    memcpy(w->mate, a.column_of, sizeof *w->mate * (size_t)a.rows);
+    memcpy(w->goal_of, a.row_of, sizeof *w->goal_of * (size_t)a.columns);
 }
 
 static void lensopt__assign(lensopt__descent *w)
 {
-    int32_t columns = w->count + w->p->goals, g, j;
-    for (j = 0; j < w->count; j++) {
-        double surplus = lensopt__surplus(w, j);
-        for (g = 0; g < w->p->goals; g++) w->costs[g * w->count + j] = lensopt__cost(w, g, j) - surplus;
+    int32_t k;
+    if (w->p->desc.objective != LENSOPT_THESIS) {
+        lensopt__assign_least(w);
+        return;
     }
-    for (j = 0; j <= columns; j++) {
-        w->taken[j] = -1;
-        w->price[j] = 0;
-    }
-    for (g = 0; g < w->p->goals; g++) w->potential[g] = 0;
-    for (g = 0; g < w->p->goals; g++) lensopt__augment(w, g);
-    for (j = 1; j <= w->count; j++) w->goal_of[j - 1] = w->taken[j];
-    for (j = 1; j <= columns; j++)
-        if (w->taken[j] >= 0) w->mate[w->taken[j]] = j <= w->count ? j - 1 : -1;
+    for (k = 0; k < w->count; k++) w->by_size[k] = k;
+    lensopt__pair_by_rank(w);
 }
 
 /* Between steps little changes: exchanges of two goals' ghosts, and of a ghost too many, as long as they help. */
 static int lensopt__reassign(lensopt__descent *w)
 {
     int32_t g, h, k, changed = 0;
+    if (w->p->desc.objective == LENSOPT_THESIS) return lensopt__pair_by_rank(w);
     for (g = 0; g < w->p->goals; g++) {
         int32_t mine = w->mate[g];
         double now;
         if (mine < 0) continue;
-        now = w->least[g] = lensopt__cost(w, g, mine);
+        now = w->paid[g] = lensopt__cost(w, g, mine);
         for (h = 0; h < g; h++) {
             int32_t other = w->mate[h];
             double a, b;
             if (other < 0) continue;
             a = lensopt__cost(w, g, other);
-            if (!(a < now + w->least[h])) continue;
+            if (!(a < now + w->paid[h])) continue;
             b = lensopt__cost(w, h, mine);
-            if (!(a + b < now + w->least[h])) continue;
+            if (!(a + b < now + w->paid[h])) continue;
             w->mate[g] = other;
             w->mate[h] = mine;
             w->goal_of[other] = g;
             w->goal_of[mine] = h;
-            now = w->least[g] = a;
-            w->least[h] = b;
+            now = w->paid[g] = a;
+            w->paid[h] = b;
             mine = other;
             changed = 1;
         }
@@ -2832,7 +3010,7 @@ static int lensopt__reassign(lensopt__descent *w)
                 w->goal_of[mine] = -1;
                 w->goal_of[k] = g;
                 w->mate[g] = mine = k;
-                now = w->least[g] = lensopt__cost(w, g, k);
+                now = w->paid[g] = lensopt__cost(w, g, k);
                 changed = 1;
             }
     }
@@ -2841,22 +3019,48 @@ static int lensopt__reassign(lensopt__descent *w)
 
 /* -- normal equations -- */
 
-/* One residual, whose slopes are in w->row, joins them. */
+/* Some rows at a time, so that the sums are read and written less often. */
+LENSOPT__INLINE void lensopt__add_rows_lanes(lensopt__descent *w)
+{
+    const lensopt__vec *r0 = w->row[0], *r1 = w->row[1], *r2 = w->row[2], *r3 = w->row[3];
+    int32_t i, k;
+    for (k = 0; k < w->vectors; k++) w->gradient[k] += w->residual[0] * r0[k] + w->residual[1] * r1[k] + w->residual[2] * r2[k] + w->residual[3] * r3[k];
+    for (i = 0; i < w->p->variables; i++) {
+        const double a0 = LENSOPT__LANE(r0[0], i), a1 = LENSOPT__LANE(r1[0], i), a2 = LENSOPT__LANE(r2[0], i), a3 = LENSOPT__LANE(r3[0], i);
+        lensopt__vec *to = w->normal + i * w->vectors;
+        for (k = 0; k <= i / LENSOPT__LANES; k++) to[k] += a0 * r0[k] + a1 * r1[k] + a2 * r2[k] + a3 * r3[k];
+    }
+}
+
+static void lensopt__add_rows_plain(lensopt__descent *w) { lensopt__add_rows_lanes(w); }
+#if defined(LENSOPT__WIDE)
+LENSOPT__WIDE static void lensopt__add_rows_wide(lensopt__descent *w) { lensopt__add_rows_lanes(w); }
+#endif
+
+static void lensopt__flush_rows(lensopt__descent *w)
+{
+    int32_t i;
+    if (w->rows_full > 0) LENSOPT__KERNEL(lensopt__add_rows)(w);
+    for (i = 0; i < LENSOPT__ROWS; i++) memset(w->row[i], 0, sizeof(lensopt__vec) * (size_t)w->vectors);
+    memset(w->residual, 0, sizeof w->residual);
+    w->rows_full = 0;
+}
+
+/* Where the next residual's slopes are written. */
+static double *lensopt__next_row(lensopt__descent *w) { return &LENSOPT__LANE(w->row[w->rows_full][0], 0); }
+
+/* One residual, whose slopes are in the next row, joins the sums. */
 static void lensopt__add_row(lensopt__descent *w, double residual)
 {
-    double *row = &LENSOPT__LANE(w->row[0], 0);
-    int32_t i, k;
-    for (i = 0; i < w->vectors; i++) w->gradient[i] += residual * w->row[i];
-    for (i = 0; i < w->p->variables; i++) {
-        lensopt__vec *to = w->normal + i * w->vectors;
-        if (row[i] == 0) continue;
-        for (k = 0; k <= i / LENSOPT__LANES; k++) to[k] += row[i] * w->row[k];
-    }
+    const double *row = lensopt__next_row(w);
+    int32_t i, n = w->p->variables;
     if (w->jacobian != NULL) {
-        for (i = 0; i < w->p->variables; i++) w->jacobian[w->rows_made * w->p->variables + i] = w->hi[i] > w->lo[i] ? row[i] / (w->hi[i] - w->lo[i]) : 0;
+        for (i = 0; i < n; i++) w->jacobian[w->rows_made * n + i] = w->hi[i] > w->lo[i] ? row[i] / (w->hi[i] - w->lo[i]) : 0;
         w->residuals[w->rows_made] = residual;
     }
     w->rows_made++;
+    w->residual[w->rows_full++] = residual;
+    if (w->rows_full == LENSOPT__ROWS) lensopt__flush_rows(w);
 }
 
 /* Slopes by the variables, each in units of its range. */
@@ -2895,7 +3099,7 @@ static void lensopt__direct_by_variables(lensopt__descent *w)
 
 static void lensopt__add_partials(lensopt__descent *w, const double *by, double scale, double residual)
 {
-    double *row = &LENSOPT__LANE(w->row[0], 0);
+    double *row = lensopt__next_row(w);
     int32_t v, iris = w->p->iris_of;
     for (v = 0; v < w->p->variables; v++) row[v] = scale * (by[0] * w->m00[v] + by[1] * w->m01[v] + by[2] * w->a00[v] + by[3] * w->s01[v]);
     if (iris >= 0) row[iris] += scale * by[4] * (w->hi[iris] - w->lo[iris]);
@@ -2906,7 +3110,7 @@ static void lensopt__add_partials(lensopt__descent *w, const double *by, double 
 static void lensopt__add_ghost(lensopt__descent *w, int32_t k, double m00, double m01, double a00, double s01)
 {
     const lensopt_problem *p = w->p;
-    int32_t g = w->goal_of[k], l;
+    int32_t g = w->goal_of[k], l, i;
     lensopt__image image;
     for (l = 0; l < p->lights; l++) {
         const lensopt_goal *goal = g >= 0 ? &p->target.ghosts[p->ghost_of[g]].goals[l] : NULL;
@@ -2916,10 +3120,13 @@ static void lensopt__add_ghost(lensopt__descent *w, int32_t k, double m00, doubl
             double e = lensopt__too_many(w, l, k);
             if (e > 0) lensopt__add_partials(w, image.by_radius, p->desc.objective == LENSOPT_SEEN ? -e / (image.radius + p->unit) : -0.5 * e / image.radius, e);
         } else if (goal->wish == LENSOPT_SPOT && root > 0) {
+            double way = m00 < 0 ? -w->sign[k] : w->sign[k], unseen = lensopt__unseen(image.radius, image.overlap);
             lensopt__add_partials(w, image.by_centre, root, root * (image.centre - goal->centre));
-            double way = m00 < 0 ? -w->sign[k] : w->sign[k];
             lensopt__add_partials(w, image.by_radius, way * root, root * (way * image.radius - goal->radius));
-            if (image.overlap < 0) lensopt__add_partials(w, image.by_overlap, root, root * image.overlap);
+            if (unseen < 0) {
+                for (i = 0; i < 5; i++) image.by_overlap[i] = image.by_overlap[i] / LENSOPT__OVERLAP - image.by_radius[i];
+                lensopt__add_partials(w, image.by_overlap, root, root * unseen);
+            }
         } else if (goal->wish == LENSOPT_SPOT_HIDDEN && root > 0 && image.overlap > 0) {
             lensopt__add_partials(w, image.by_overlap, root, root * image.overlap);
         }
@@ -2948,7 +3155,7 @@ static void lensopt__add_constraints(lensopt__descent *w, int l)
     }
     for (i = 0; i < count; i++) {
         if (at[i] == 0) continue;
-        for (v = 0; v < n; v++) LENSOPT__LANE(w->row[0], v) = w->constraint_slopes[i * n + v];
+        memcpy(lensopt__next_row(w), w->constraint_slopes + i * n, sizeof(double) * (size_t)n);
         lensopt__add_row(w, at[i]);
     }
 }
@@ -2971,9 +3178,9 @@ static void lensopt__normal_equations(lensopt__descent *w, int l)
 {
     int32_t k, i, j;
     memset(w->normal, 0, sizeof *w->normal * (size_t)(w->vectors * w->p->variables));
-    memset(w->gradient, 0, sizeof w->gradient);
-    memset(w->row, 0, sizeof w->row);
-    w->rows_made = 0;
+    memset(w->gradient, 0, sizeof(lensopt__vec) * (size_t)w->vectors);
+    w->rows_made = w->rows_full = 0;
+    lensopt__flush_rows(w);
     lensopt__trace_of(w->p, &w->batch, l, &w->designs[l], &w->trace);
     lensopt__direct_by_variables(w);
     for (k = 0; k < w->count; k++) {
@@ -2984,6 +3191,7 @@ static void lensopt__normal_equations(lensopt__descent *w, int l)
         lensopt__add_ghost(w, k, m00, m01, LENSOPT__LANE(w->rows.a00[g], l), LENSOPT__LANE(w->rows.s01[g], l));
     }
     if (w->p->constrained) lensopt__add_constraints(w, l);
+    lensopt__flush_rows(w);
 }
 
 /* -- steps -- */
@@ -3104,7 +3312,7 @@ static lensopt__descent *lensopt__descent_create(const lensopt_problem *p, size_
     lensopt__descent *w;
     char *memory;
     *size = sizeof *w + sizeof(lensopt__vec) * (size_t)(vectors * p->variables + p->variables * (p->variables + 1) / 2) + 64 +
-            sizeof(double) * (size_t)(p->goals * lensopt__pairs_of(p->surfaces) + (p->constrained ? LENSOPT__CONSTRAINTS * p->variables : 0));
+            sizeof(double) * (size_t)(p->constrained ? LENSOPT__CONSTRAINTS * p->variables : 0) + lensopt__assignment_size(p->goals, lensopt__pairs_of(p->surfaces));
     memory = (char *)p->desc.allocate(p->desc.allocate_user, NULL, 0, *size);
     if (memory == NULL) return NULL;
     w = (lensopt__descent *)(void *)(memory + 32 - ((uintptr_t)memory & 31));
@@ -3113,8 +3321,8 @@ static lensopt__descent *lensopt__descent_create(const lensopt_problem *p, size_
     w->vectors = vectors;
     w->normal = (lensopt__vec *)(void *)(((uintptr_t)(w + 1) + 31) & ~(uintptr_t)31);
     w->factor = w->normal + vectors * p->variables;
-    w->costs = (double *)(void *)(w->factor + p->variables * (p->variables + 1) / 2);
-    w->constraint_slopes = w->costs + p->goals * lensopt__pairs_of(p->surfaces);
+    w->constraint_slopes = (double *)(void *)(w->factor + p->variables * (p->variables + 1) / 2);
+    w->assignment = w->constraint_slopes + (p->constrained ? LENSOPT__CONSTRAINTS * p->variables : 0);
     w->jacobian = w->residuals = NULL;
     return w;
 }
@@ -3280,7 +3488,7 @@ LENSOPT_API void lensopt_problem_function(lensopt_problem *p, lensopt_function *
     out->sample = lensopt__lens_sample;
     out->polish = lensopt__lens_polish;
 }
-/* >> 9 lenses */
+/* >> 10 lenses */
 /* Problems out of descriptors, and lenses out of points. */
 
 /* -- creation -- */
@@ -3628,7 +3836,10 @@ LENSOPT_API lflare_result lensopt_problem_residuals(const lensopt_problem *p, co
 }
 
 
-/* >> 10 algorithms */
+/* >> 11 algorithms */
+
+/* How a child differs from its parent. */
+typedef enum lensopt__move { LENSOPT__PERTURB, LENSOPT__RESAMPLE, LENSOPT__CROSS_PERTURB, LENSOPT__CROSS, LENSOPT__DIFFER, LENSOPT__MOVES } lensopt__move;
 
 /* One population and all that decides how it goes on: what a checkpoint holds, and nothing else but what stands last. */
 typedef struct lensopt__island {
@@ -3640,6 +3851,7 @@ typedef struct lensopt__island {
     int32_t units;             /* of work, done in this round */
     int32_t born, archived;    /* its members are evaluated; how many champions it keeps */
     double mark;
+    double success[LENSOPT__MOVES]; /* memetic: of the last children of each kind, how many were better */
     double *x, *f;             /* members; of a swarm what each particle has found */
     double *extra;             /* jDE: F, then CR of each member; PSO: where each particle is, then its velocity */
     double *archive_x, *archive_f;
@@ -3786,6 +3998,7 @@ static void lensopt__birth(const lensopt__setup *s, lensopt__island *o)
         memcpy(o->extra, o->x, sizeof *o->x * points);
         for (k = 0; k < points; k++) o->extra[points + k] = s->fastest[k % (size_t)s->n] * (2 * lensopt__random(&o->random) - 1);
     }
+    for (i = 0; i < LENSOPT__MOVES; i++) o->success[i] = 1;
     o->born = 1;
     o->mark = HUGE_VAL;
     o->life = o->stale = 0;
@@ -4014,24 +4227,23 @@ static void lensopt__differ(const lensopt__setup *s, lensopt__island *o, int32_t
     }
 }
 
-/* What polishing gives is checked, since a point out of bounds, or a value that is none, would stay for good. */
-static void lensopt__polish_child(const lensopt__setup *s, lensopt__island *o, double *child, double *f, double *polished)
+/* Goes downhill from a child; its value, HUGE_VAL where that is not found out. What polishing gives is checked, since a point out of bounds, or a value that
+   is none, would stay for good. */
+static double lensopt__polish_child(const lensopt__setup *s, lensopt__island *o, double *child, double *polished)
 {
-    double value = *f;
+    double value = HUGE_VAL;
     int32_t cost, j;
-    if (s->d.function.polish == NULL || !(*f < HUGE_VAL)) return;
     lensopt__copy(s, polished, child);
     cost = s->d.function.polish(s->d.function.user, polished, &value, s->d.polish_steps);
     if (cost > 0) {
         o->evaluations += cost;
         o->used += cost;
     }
-    if (!(value <= *f)) return;
     for (j = 0; j < s->n; j++)
-        if (!(polished[j] >= s->lower[j] && polished[j] <= s->upper[j])) return;
-    if (!lensopt__is_finite(value)) return;
+        if (!(polished[j] >= s->lower[j] && polished[j] <= s->upper[j])) return HUGE_VAL;
+    if (!lensopt__is_finite(value)) return HUGE_VAL;
     lensopt__copy(s, child, polished);
-    *f = value;
+    return value;
 }
 
 /* The member whose place a child takes: its parent, or a member that it has come to, so that there are no copies. */
@@ -4043,20 +4255,47 @@ static int32_t lensopt__rival(const lensopt__setup *s, const lensopt__island *o,
     return parent;
 }
 
+/* Which kind of child comes next: those that were better of late come up more often, but none less than once in twenty times (probability matching;
+   Thierens, GECCO 2005). Few surfaces want crossing, many surfaces small moves. Where nothing is polished it would be the smallest moves alone
+   that are better: there all kinds have the same chance. */
+static lensopt__move lensopt__pick_move(const lensopt__setup *s, lensopt__island *o)
+{
+    double sum = 0, dice = lensopt__random(&o->random), even = 1.0 / (int)LENSOPT__MOVES, adapted = s->d.function.polish != NULL ? 0.75 : 0;
+    int32_t i;
+    for (i = 0; i < LENSOPT__MOVES; i++) sum += o->success[i];
+    for (i = 0; i + 1 < LENSOPT__MOVES; i++) {
+        dice -= (1 - adapted) * even + adapted * (sum > 0 ? o->success[i] / sum : even);
+        if (dice < 0) break;
+    }
+    return (lensopt__move)i;
+}
+
+static void lensopt__make_child(const lensopt__setup *s, lensopt__island *o, lensopt__move move, int32_t parent, double *fresh, double *child)
+{
+    lensopt__copy(s, child, o->x + lensopt__points(s, parent));
+    switch (move) {
+    case LENSOPT__PERTURB: lensopt__perturb(s, o, child); break;
+    case LENSOPT__RESAMPLE: lensopt__resample(s, o, fresh, child); break;
+    case LENSOPT__CROSS: lensopt__cross(s, o, parent, child); break;
+    case LENSOPT__CROSS_PERTURB:
+        lensopt__cross(s, o, parent, child);
+        lensopt__perturb(s, o, child);
+        break;
+    default: lensopt__differ(s, o, parent, child);
+    }
+}
+
 /* One child of each member in turn. */
 static void lensopt__memetic(const lensopt__setup *s, lensopt__island *o, lensopt__room *room)
 {
     int32_t parent = (int32_t)(o->life % s->population), rival;
-    double *child = room->x, *other = room->x + s->n, dice = lensopt__random(&o->random), f;
-    lensopt__copy(s, child, o->x + lensopt__points(s, parent));
-    if (dice < 0.25) lensopt__perturb(s, o, child);
-    else if (dice < 0.4) lensopt__resample(s, o, other, child);
-    else if (dice < 0.75) lensopt__cross(s, o, parent, child);
-    else lensopt__differ(s, o, parent, child);
-    if (dice > 0.4 && dice < 0.5) lensopt__perturb(s, o, child); /* some of the crossed ones, too */
-    lensopt__island_evaluate(s, o, child, 1, &f);
-    lensopt__polish_child(s, o, child, &f, other);
+    lensopt__move move = lensopt__pick_move(s, o);
+    double *child = room->x, *other = room->x + s->n, f = HUGE_VAL;
+    lensopt__make_child(s, o, move, parent, other, child);
+    if (s->d.function.polish != NULL) f = lensopt__polish_child(s, o, child, other);
+    if (f == HUGE_VAL) lensopt__island_evaluate(s, o, child, 1, &f);
     rival = lensopt__rival(s, o, child, f, parent);
+    o->success[move] += 0.02 * ((f < o->f[rival]) - o->success[move]);
     if (!(f <= o->f[rival])) return;
     lensopt__copy(s, o->x + lensopt__points(s, rival), child);
     o->f[rival] = f;
@@ -4092,7 +4331,7 @@ static double lensopt__advance(const lensopt__setup *s, lensopt__island *o, lens
     return best;
 }
 
-/* >> 11 search */
+/* >> 12 search */
 
 /* -- threads and time -- */
 
@@ -5070,7 +5309,7 @@ static void lensopt__store_doubles(lensopt__store *t, double *v, size_t count, c
 
 static void lensopt__store_island(lensopt__store *t, const lensopt__setup *s, lensopt__island *o, int32_t round)
 {
-    static const double none = -1.7976931348623157e308, most = HUGE_VAL, factor[2] = {0, 4};
+    static const double none = -1.7976931348623157e308, most = HUGE_VAL, factor[2] = {0, 4}, share = 1;
     const int64_t many = (int64_t)1 << 52;
     size_t points = lensopt__points(s, s->population), extra = s->d.method == LENSOPT_PSO ? points : s->d.method == LENSOPT_JDE ? 2 * (size_t)s->population : 0;
     const double *low = s->lower, *high = s->upper, *f_low = &none;
@@ -5087,6 +5326,7 @@ static void lensopt__store_island(lensopt__store *t, const lensopt__setup *s, le
     archived = lensopt__store_count32(t, &o->archived, LENSOPT_ARCHIVE);
     if (!lensopt__store_count32(t, &o->born, 1)) low = f_low = NULL; /* what is there is never read */
     lensopt__store_doubles(t, &o->mark, 1, f_low, &most, 1);
+    lensopt__store_doubles(t, o->success, LENSOPT__MOVES, low != NULL ? &factor[0] : NULL, &share, 1);
     lensopt__store_doubles(t, o->x, points, low, high, (size_t)s->n);
     lensopt__store_doubles(t, o->f, (size_t)s->population, f_low, &most, 1);
     lensopt__store_doubles(t, o->extra, extra, s->d.method == LENSOPT_PSO || low == NULL ? low : &factor[0], s->d.method == LENSOPT_PSO ? high : &factor[1],
@@ -5183,7 +5423,7 @@ LENSOPT_API lflare_result lensopt_search_load(lensopt_search *o, const void *byt
     return result;
 }
 
-/* >> 12 coatings */
+/* >> 13 coatings */
 
 /* W of a ghost is a product over its crossings, whose angles are known before any coating is. So films are computed at few angles a surface
    and channel (nodes), one way for all ghosts; what a crossing lets through is interpolated in the logarithm, so that a ghost's product
@@ -5774,8 +6014,9 @@ static int32_t lensopt__coat_polish(void *user, double *x, double *f, int32_t st
     const lensopt_coatings *c = (const lensopt_coatings *)user;
     lensopt__coat_slopes s;
     double damping = 1e-4;
-    int32_t done = 0, slow = 0;
-    if (steps <= 0 || !(*f < HUGE_VAL)) return 0;
+    int32_t done = 0, slow = 0, unknown = *f == HUGE_VAL;
+    if (steps <= 0) return 0;
+    if (unknown) lensopt__coat_evaluate(user, x, 1, f);
     s = lensopt__coat_slopes_make(c);
     if (s.value == NULL) return 0;
     while (done < steps && slow < 3 && *f > 0) {
@@ -5789,7 +6030,7 @@ static int32_t lensopt__coat_polish(void *user, double *x, double *f, int32_t st
         slow = *f > before * (1 - 1e-4) ? slow + 1 : 0;
     }
     free(s.value);
-    return done * 2 * LENSOPT__COAT_LANES;
+    return unknown + done * 2 * LENSOPT__COAT_LANES;
 }
 
 /* -- making -- */
@@ -5867,73 +6108,6 @@ static lflare_result lensopt__coat_choose_coats(lensopt_coatings *c, const lenso
 
 /* -- which ghost of the lens a ghost of the target is -- */
 
-typedef struct lensopt__coat_pairing {
-    const lensopt_target *target;
-    const lensopt_goal *spots;     /* of the lens's ghosts: target->light_count each */
-    const int32_t *rows, *columns; /* ghosts of the target and of the lens that are still alone */
-    int32_t row_count, column_count;
-    double scale;                  /* 1 over the sum of the lights' weights */
-} lensopt__coat_pairing;
-
-/* How far a ghost of the lens is from what one of the target should be, mm^2. A column behind the last stands for none, for which any other is
-   preferred. */
-static double lensopt__coat_pairing_cost(const lensopt__coat_pairing *p, int32_t row, int32_t column)
-{
-    const lensopt_ghost *ghost = &p->target->ghosts[p->rows[row]];
-    const lensopt_goal *spots;
-    double cost = 0;
-    int32_t i;
-    if (column >= p->column_count) return 1e9;
-    spots = p->spots + (size_t)p->columns[column] * (size_t)p->target->light_count;
-    for (i = 0; i < p->target->light_count; i++) {
-        double x = ghost->goals[i].centre - spots[i].centre, y = ghost->goals[i].radius - spots[i].radius;
-        if (ghost->goals[i].wish != LENSOPT_SPOT) continue;
-        cost += p->target->lights[i].weight * p->scale * (spots[i].wish == LENSOPT_SPOT ? fmin(x * x + y * y, 1e8) : 1e8);
-    }
-    return cost;
-}
-
-/* Rows are given columns one after the other by the shortest augmenting path (Kuhn's Hungarian method with Dijkstra's search). Row and column
-   0 of the arrays stand for none. work: 3 * columns + rows doubles, owner and way: columns each, rows and columns counted with these. */
-static void lensopt__coat_pairing_solve(const lensopt__coat_pairing *p, int32_t columns, double *work, int32_t *owner, int32_t *way)
-{
-    double *potential = work, *least = work + columns, *used = least + columns, *price = used + columns;
-    int32_t row, k, at, next, m = columns - 1;
-    memset(work, 0, sizeof(double) * (size_t)(3 * columns + p->row_count + 1));
-    memset(owner, 0, sizeof(int32_t) * (size_t)columns);
-    for (row = 1; row <= p->row_count; row++) {
-        owner[0] = row;
-        for (k = 0; k <= m; k++) {
-            least[k] = HUGE_VAL;
-            used[k] = 0;
-        }
-        for (at = 0; owner[at] != 0; at = next) {
-            double delta = HUGE_VAL;
-            used[at] = 1;
-            for (next = 0, k = 1; k <= m; k++) {
-                double cost;
-                if (used[k] != 0) continue;
-                cost = lensopt__coat_pairing_cost(p, owner[at] - 1, k - 1) - price[owner[at]] - potential[k];
-                if (cost < least[k]) {
-                    least[k] = cost;
-                    way[k] = at;
-                }
-                if (least[k] < delta) {
-                    delta = least[k];
-                    next = k;
-                }
-            }
-            for (k = 0; k <= m; k++) {
-                if (used[k] != 0) {
-                    price[owner[k]] += delta;
-                    potential[k] -= delta;
-                } else least[k] -= delta;
-            }
-        }
-        for (; at != 0; at = way[at]) owner[at] = owner[way[at]];
-    }
-}
-
 /* A ghost's spots for all lights, as a target has them. */
 static void lensopt__coat_goals(const lensopt_coatings_desc *desc, double iris, lflare_pair pair, lensopt_goal *out)
 {
@@ -5956,38 +6130,41 @@ static int lensopt__coat_has_spot(const lensopt_target *t, const lensopt_ghost *
     return 0;
 }
 
+/* How far a ghost of the lens is, whose spots are given, from what one of the target should be, mm^2. */
+static double lensopt__coat_off(const lensopt_target *t, const lensopt_ghost *ghost, const lensopt_goal *spots)
+{
+    double cost = 0, weights = 0;
+    int32_t i;
+    for (i = 0; i < t->light_count; i++) {
+        double x = ghost->goals[i].centre - spots[i].centre, y = ghost->goals[i].radius - spots[i].radius;
+        weights += t->lights[i].weight;
+        if (ghost->goals[i].wish == LENSOPT_SPOT) cost += t->lights[i].weight * (spots[i].wish == LENSOPT_SPOT ? fmin(x * x + y * y, 1e8) : 1e8);
+    }
+    return weights > 0 ? cost / weights : 0;
+}
+
 /* match: of each ghost of the target the lens's ghost, -1: none. By spots, for those whose entry is -1; taken says which of the lens's are. */
 static lflare_result lensopt__coat_match_spots(lensopt_coatings *c, const lensopt_coatings_desc *desc, double iris, const lflare_pair *pairs, int32_t count, const char *taken, int32_t *match)
 {
     const lensopt_target *t = desc->target;
-    lensopt__coat_pairing p;
-    int32_t i, columns, *rows, *owner;
-    size_t lights = (size_t)t->light_count, all = (size_t)count + (size_t)t->ghost_count + 1;
-    size_t size = sizeof(lensopt_goal) * (size_t)count * lights + sizeof(double) * (3 * all + (size_t)t->ghost_count + 1) + sizeof(int32_t) * (4 * all);
-    char *block = (char *)c->allocate(c->user, NULL, 0, size);
-    double *work;
-    if (block == NULL) return LFLARE_ERROR_MEMORY;
-    memset(&p, 0, sizeof p);
-    p.target = t;
-    p.spots = (const lensopt_goal *)(void *)block;
-    work = (double *)(void *)(block + sizeof(lensopt_goal) * (size_t)count * lights);
-    rows = (int32_t *)(void *)(work + 3 * all + (size_t)t->ghost_count + 1);
-    owner = rows + 2 * all;
-    p.rows = rows;
-    p.columns = rows + all;
+    lensopt_goal spots[LENSOPT_MAX_LIGHTS];
+    lensopt__assignment a;
+    int32_t rows[LENSOPT_MAX_GHOSTS], row_count = 0, i, k;
+    size_t size;
+    void *block;
     for (i = 0; i < t->ghost_count; i++)
-        if (match[i] < 0 && lensopt__coat_has_spot(t, &t->ghosts[i])) rows[p.row_count++] = i;
-    for (i = 0; i < count; i++) {
-        if (taken[i]) continue;
-        rows[all + (size_t)p.column_count++] = i;
-        lensopt__coat_goals(desc, iris, pairs[i], (lensopt_goal *)(void *)block + (size_t)i * lights);
+        if (match[i] < 0 && lensopt__coat_has_spot(t, &t->ghosts[i])) rows[row_count++] = i;
+    size = lensopt__assignment_size(row_count, count);
+    block = c->allocate(c->user, NULL, 0, size);
+    if (block == NULL) return LFLARE_ERROR_MEMORY;
+    lensopt__assignment_in(block, row_count, count, &a);
+    for (k = 0; k < count; k++) {
+        lensopt__coat_goals(desc, iris, pairs[k], spots);
+        for (i = 0; i < row_count; i++) a.cost[(size_t)i * (size_t)a.stride + (size_t)k] = taken[k] ? HUGE_VAL : lensopt__coat_off(t, &t->ghosts[rows[i]], spots);
     }
-    for (i = 0; i < t->light_count; i++) p.scale += t->lights[i].weight;
-    p.scale = p.scale > 0 ? 1 / p.scale : 0;
-    columns = p.column_count + p.row_count + 1;
-    lensopt__coat_pairing_solve(&p, columns, work, owner, owner + all);
-    for (i = 1; i <= p.column_count; i++)
-        if (owner[i] > 0) match[rows[owner[i] - 1]] = p.columns[i - 1];
+    for (i = 0; i < row_count; i++) a.none[i] = 1e9; /* any ghost is better than none */
+    lensopt__assignment_solve(&a);
+    for (i = 0; i < row_count; i++) match[rows[i]] = a.column_of[i];
     c->allocate(c->user, block, size, 0);
     return LFLARE_OK;
 }

@@ -601,19 +601,19 @@ static void part_rate(const options &)
 
 enum { THREADS = 2, ISLANDS = 15 };
 
-struct sample { double seconds, best; long long evaluations; };
+struct sample { double seconds, best, own; long long evaluations; };
 
-/* f is THESIS throughout. */
+/* f is THESIS throughout, own what the method minimised: by that its point is the best. */
 struct run {
-    std::vector<sample> curve; /* whenever it had become better */
+    std::vector<sample> curve; /* whenever that had become better */
     std::vector<double> x;
-    double f = HUGE_VAL, seconds = 0, begin = 0;
+    double f = HUGE_VAL, own = HUGE_VAL, seconds = 0, begin = 0;
     long long evaluations = 0;
-    void add(double f_now, long long evaluations_now)
+    void add(double f_now, double own_now, long long evaluations_now)
     {
         seconds = now() - begin;
         evaluations = evaluations_now;
-        if (f_now < f || curve.empty()) f = f_now, curve.push_back({seconds, f, evaluations});
+        if (own_now < own || curve.empty()) f = f_now, own = own_now, curve.push_back({seconds, f, own, evaluations});
     }
     double time_to(double level) const
     {
@@ -631,18 +631,17 @@ struct task {
     int seeds = 10;
 };
 
-struct watcher { run *r; const lensopt_problem *thesis; double seen; };
+struct watcher { run *r; const lensopt_problem *thesis; double seen, f; }; /* f: of what is best by the search's own objective */
 
 extern "C" int32_t watch(void *user, const lensopt_progress *progress)
 {
     watcher *w = static_cast<watcher *>(user);
-    double f = w->r->f;
     if (progress->best < w->seen) {
         w->seen = progress->best;
-        f = value_of(w->thesis, std::vector<double>(progress->x, progress->x + w->r->x.size()));
-        if (f < w->r->f) std::copy(progress->x, progress->x + w->r->x.size(), w->r->x.begin());
+        std::copy(progress->x, progress->x + w->r->x.size(), w->r->x.begin());
+        w->f = value_of(w->thesis, w->r->x);
     }
-    w->r->add(f, progress->evaluations);
+    w->r->add(w->f, progress->best, progress->evaluations);
     return w->r->f < 1e-12;
 }
 
@@ -667,7 +666,7 @@ static run search_ours(const task &t, const std::string &method, unsigned seed)
     limits.target = memetic ? 0 : 1e-12;
     r.x.resize(static_cast<size_t>(desc.function.variables));
     r.begin = now();
-    watcher w = {&r, thesis.get(), HUGE_VAL};
+    watcher w = {&r, thesis.get(), HUGE_VAL, HUGE_VAL};
     if (lensopt_search_create(&desc, &search, &error) < 0 || lensopt_search_run(search, &limits, watch, &w, &error) < 0) give_up(method, error);
     lensopt_search_free(search);
     return r;
@@ -725,7 +724,7 @@ static run search_pagmo(const task &t, const std::string &method, unsigned seed)
         for (size_t i = 1; i < f.size(); i++)
             if (f[i][0] < f[best][0]) best = i;
         if (f[best][0] < r.f) r.x = islands.get_champions_x()[best];
-        r.add(f[best][0], evaluations);
+        r.add(f[best][0], f[best][0], evaluations);
     } while (r.seconds < t.seconds && r.f >= 1e-12);
     return r;
 }
@@ -745,9 +744,9 @@ static void write_curve(const std::string &name, const run &r)
 {
     FILE *file = std::fopen(name.c_str(), "w");
     if (file == nullptr) return;
-    std::fprintf(file, "seconds,best,evaluations\n");
-    for (const sample &s : r.curve) std::fprintf(file, "%.3f,%.9g,%lld\n", s.seconds, s.best, s.evaluations);
-    std::fprintf(file, "%.3f,%.9g,%lld\n", r.seconds, r.f, r.evaluations);
+    std::fprintf(file, "seconds,best,own,evaluations\n");
+    for (const sample &s : r.curve) std::fprintf(file, "%.3f,%.9g,%.9g,%lld\n", s.seconds, s.best, s.own, s.evaluations);
+    std::fprintf(file, "%.3f,%.9g,%.9g,%lld\n", r.seconds, r.f, r.own, r.evaluations);
     std::fclose(file);
 }
 
@@ -773,7 +772,7 @@ static void compare_methods(task t, const options &choice, const char *default_m
     std::vector<disc> wanted = discs_of(t.target.get(), 0);
     std::printf("-- %s: %d spots, %d surfaces, %d variables; %g s, %d seeds: at most %.0f minutes\n", t.name.c_str(), static_cast<int>(thesis->goals), static_cast<int>(thesis->surfaces), static_cast<int>(thesis->variables),
                 t.seconds, t.seeds, static_cast<double>(methods.size()) * t.seeds * t.seconds / 60);
-    std::printf("%-16s %4s %11s %9s %8s %10s %7s %6s %7s %6s\n", "", "seed", "f", "s to 1e-6", "s", "evals", "PSNR", "SSIM", "bright", "black");
+    std::printf("%-16s %4s %11s %10s %9s %8s %10s %7s %6s %7s %6s\n", "", "seed", "f", "own", "s to 1e-6", "s", "evals", "PSNR", "SSIM", "bright", "black");
     for (int seed = 1; seed <= t.seeds; seed++)
         for (size_t m = 0; m < methods.size(); m++) {
             run r = (methods[m].compare(0, 5, "pagmo") == 0 ? search_pagmo : search_ours)(t, methods[m], static_cast<unsigned>(seed));
@@ -781,7 +780,7 @@ static void compare_methods(task t, const options &choice, const char *default_m
             write_curve(file + ".csv", r);
             likeness like = compare(wanted, discs_of(shown(thesis.get(), r.x, 0)), t.target->lights[0], t.target->sensor_width, choice.pictures ? file + ".pgm" : "");
             double found = r.time_to(1e-6);
-            std::printf("%-16s %4d %11.4g %9s %8.1f %10.3g %7.2f %6.3f %7.2f %6.2f\n", methods[m].c_str(), seed, r.f, found < HUGE_VAL ? std::to_string(found).substr(0, 6).c_str() : "-", r.seconds,
+            std::printf("%-16s %4d %11.4g %10.3g %9s %8.1f %10.3g %7.2f %6.3f %7.2f %6.2f\n", methods[m].c_str(), seed, r.f, r.own, found < HUGE_VAL ? std::to_string(found).substr(0, 6).c_str() : "-", r.seconds,
                         static_cast<double>(r.evaluations), like.psnr, like.ssim, like.bright, like.black);
             std::fflush(stdout);
             summary &s = all[m];

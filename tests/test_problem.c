@@ -313,7 +313,7 @@ static void pairs_cost_least(void **state)
                     int32_t ghost = side ? b : a;
                     const lensopt_goal *goal = ghost >= 0 ? &target.ghosts[ghost].goals[0] : NULL;
                     if (goal != NULL) then += ((s->centre - goal->centre) * (s->centre - goal->centre) + (s->radius - goal->radius) * (s->radius - goal->radius)) / 6;
-                    else then += s->radius > 0 ? 500 / s->radius / 6 : 0;
+                    else then += s->radius > 0 ? 500 / s->radius : 0;
                 }
                 if (shown[g].radius > 0 && shown[h].radius > 0 && !(then >= now * (1 - 1e-9))) fail_msg("lens %d: exchanging %d and %d: %g to %g", i, g, h, now, then);
             }

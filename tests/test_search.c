@@ -90,6 +90,7 @@ static int32_t polish(void *user, double *x, double *f, int32_t steps)
     const problem *p = (const problem *)user;
     double g[16], y[16], length = 0.1, value;
     int32_t cost = 0, j, k;
+    if (*f == HUGE_VAL) *f = p->value(x, p->n);
     for (k = 0; k < steps; k++, cost += p->n + 1) {
         double norm = 0;
         for (j = 0; j < p->n; j++) {
