@@ -400,7 +400,10 @@ LENSOPT_API lflare_result lensopt_search_load(lensopt_search *search, const void
 
 /* ---- problem: what a search may change, and what it is to come near to ---- */
 
-enum { LENSOPT_MAX_SEARCHED = 64 }; /* surfaces of a lens that is searched for, the stop not counted */
+enum {
+    LENSOPT_MAX_SEARCHED = 64, /* surfaces of a lens that is searched for, the stop not counted */
+    LENSOPT_MAX_GLASSES = 1024 /* to choose from */
+};
 
 typedef enum lensopt_objective {
     LENSOPT_SEEN = 0, /* least-cost assignment of ghosts, differences in units of a spot's size, weighed by what of it is on the frame, all lights:
@@ -426,7 +429,10 @@ typedef struct lensopt_problem_desc {
     double iris;                      /* radius on the stop plane of the base; 0: its full opening */
     double pupil;                     /* clear radius of the entrance, mm; 0: 100, so that the iris shapes the ghosts */
     lensopt_range glass_gap, air_gap; /* mm; 1 to 15, 0.1 to 100 */
-    lensopt_range index;              /* of glass, at 510 nm; 1.5 to 2 */
+    lensopt_range index;              /* of glass, at 510 nm; 1.5 to 2, or as the glasses have it */
+    const lflare_medium *glasses;     /* the only ones that there are, those within `index` and the base's own; copied; NULL: any index. Of two that
+                                         have the same index at 510 nm the first is taken */
+    int32_t glass_count;              /* up to LENSOPT_MAX_GLASSES */
     lensopt_range stop_radius;        /* mm; 0.1 to 20 */
     double least_radius;              /* of curvature, mm; 0: 5 */
     /* What makes a lens a lens: penalties for what lies outside, 0 inside; 0, 0: none. At the d line; glasses have the base's Abbe numbers, or usual ones. */
@@ -439,13 +445,13 @@ typedef struct lensopt_problem_desc {
 
 typedef struct lensopt_problem lensopt_problem;
 
-/* 0.5 MB. Of lenses the paraxial ones at 510 nm: each numbers' point within the bounds is one. LFLARE_ERROR_ARGUMENT names what is contradictory. */
+/* 0.6 MB. Of lenses the paraxial ones at 510 nm: each numbers' point within the bounds is one. LFLARE_ERROR_ARGUMENT names what is contradictory. */
 LENSOPT_API lflare_result lensopt_problem_create(const lensopt_problem_desc *desc, lensopt_problem **out, lflare_error *error);
 LENSOPT_API void lensopt_problem_free(lensopt_problem *problem); /* NULL is fine */
 
 /* As what lensopt_search_create minimises; it points into the problem. Variables: the stop's place (the surface behind which it stands,
    from 0, and the fraction of that gap; the nearest air gap is taken) and radius, then of each surface curvature, index behind it (below the
-   least of glass: air) and gap, but for what is locked. One evaluation of THESIS costs 0.15 us at 13 ghosts and 1.3 us at 171 if many are asked for at once;
+   least of glass: air; of glasses from a list the nearest is meant, and polishing changes none) and gap, but for what is locked. One evaluation of THESIS costs 0.15 us at 13 ghosts and 1.3 us at 171 if many are asked for at once;
    with others all ghosts are assigned, which takes as long as one or more steps of polishing. */
 LENSOPT_API void lensopt_problem_function(lensopt_problem *problem, lensopt_function *out);
 
@@ -1733,6 +1739,11 @@ typedef struct lensopt__limits {
     int32_t may_air, may_glass; /* what the gap behind it may be */
 } lensopt__limits;
 
+typedef struct lensopt__listed {
+    double n, nd, abbe;              /* n: at 510 nm */
+    lflare_medium medium;
+} lensopt__listed;
+
 struct lensopt_problem {
     lensopt_problem_desc desc;       /* defaults filled in; desc.target and .base point to what follows */
     lensopt_target target;
@@ -1742,6 +1753,8 @@ struct lensopt_problem {
     lensopt__design fixed;           /* what is no variable */
     double base_opening;             /* the base's full one */
     double abbe[LENSOPT_MAX_SEARCHED]; /* of the base's glasses; 0: air, or no base */
+    int32_t glasses;                 /* to choose from, by index at 510 nm; 0: any index */
+    lensopt__listed glass[LENSOPT_MAX_GLASSES + LENSOPT_MAX_SEARCHED];
     double fraction;                 /* of its gap in front of the stop, where its place is none */
     lensopt__limits limits[LENSOPT_MAX_SEARCHED];
     int32_t variables, place_of, iris_of, index_of[LENSOPT_MAX_SEARCHED]; /* -1: fixed */
@@ -1788,6 +1801,20 @@ static int32_t lensopt__stop_of(const lensopt_problem *p, const double *x)
 }
 
 /* The lens that a point stands for: any numbers within the bounds are one. */
+/* Of the glasses of a list the one whose index is nearest. */
+static const lensopt__listed *lensopt__nearest_glass(const lensopt_problem *p, double n)
+{
+    int32_t lo = 0, hi = p->glasses - 1;
+    while (hi - lo > 1) {
+        int32_t middle = (lo + hi) / 2;
+        if (p->glass[middle].n <= n) lo = middle;
+        else hi = middle;
+    }
+    if (n - p->glass[lo].n > p->glass[hi].n - n) lo = hi;
+    while (lo > 0 && p->glass[lo - 1].n == p->glass[lo].n) lo--;
+    return &p->glass[lo];
+}
+
 static void lensopt__decode(const lensopt_problem *p, const double *x, lensopt__design *d)
 {
     double place = 0;
@@ -1800,7 +1827,7 @@ static void lensopt__decode(const lensopt_problem *p, const double *x, lensopt__
         case LENSOPT__IRIS: d->iris = x[i]; break;
         case LENSOPT__CURVATURE: d->c[row] = x[i]; break;
         case LENSOPT__GAP: d->d[row] = x[i]; break;
-        case LENSOPT__INDEX: d->n[row] = lensopt__is_air(p, x, row) ? 1 : x[i]; break;
+        case LENSOPT__INDEX: d->n[row] = lensopt__is_air(p, x, row) ? 1 : p->glasses > 0 ? lensopt__nearest_glass(p, x[i])->n : x[i]; break;
         }
     }
     for (i = 0; i < p->variables; i++) {
@@ -2020,11 +2047,12 @@ static double lensopt__out_of(double v, lensopt_range r)
     return r.hi == 0 ? 0 : 10 * (v < r.lo ? v - r.lo : v > r.hi ? v - r.hi : 0) / r.hi;
 }
 
-/* Abbe number of the glass behind surface i where its index is n at 510 nm: the base's own if that is glass, too, or what is usual. */
+/* Abbe number of the glass behind surface i where its index is n at 510 nm: the listed one's, or the base's own if that is glass, too, or what is usual. */
 static double lensopt__abbe(const lensopt_problem *p, int32_t i, double n)
 {
     static const double usual[6][2] = {{1.4, 75}, {1.515, 60.4}, {1.626, 36.4}, {1.75, 28.2}, {1.861, 23.8}, {2.12, 17}}; /* n, Vd of common crowns and flints */
     int32_t k = 0;
+    if (p->glasses > 0) return lensopt__nearest_glass(p, n)->abbe;
     if (p->abbe[i] > 0) return p->abbe[i];
     while (k < 4 && n > usual[k + 1][0]) k++;
     return fmax(15, usual[k][1] + (n - usual[k][0]) * (usual[k + 1][1] - usual[k][1]) / (usual[k + 1][0] - usual[k][0]));
@@ -2036,6 +2064,7 @@ static double lensopt__nd(const lensopt_problem *p, int32_t i, double n)
     const double d = 1 / (587.5618 * 587.5618), share = (1 / (510.0 * 510.0) - d) / (1 / (486.1327 * 486.1327) - 1 / (656.2725 * 656.2725));
     double v;
     if (n == 1) return 1;
+    if (p->glasses > 0) return lensopt__nearest_glass(p, n)->nd;
     v = share / lensopt__abbe(p, i, n);
     return (n + v) / (1 + v);
 }
@@ -3207,7 +3236,7 @@ static void lensopt__polish_bounds(lensopt__descent *w, const double *x)
         w->lo[v] = p->lower[v];
         w->hi[v] = p->upper[v];
         w->x[0][v] = x[v];
-        if (p->variable[v].kind == LENSOPT__INDEX && air) {
+        if (p->variable[v].kind == LENSOPT__INDEX && (air || p->glasses > 0)) {
             w->lo[v] = w->hi[v] = x[v];
         } else if (p->variable[v].kind == LENSOPT__INDEX) {
             w->lo[v] = p->limits[row].index.lo;
@@ -3533,14 +3562,52 @@ static int32_t lensopt__surfaces_for(int32_t ghosts)
     return 0;
 }
 
+/* 0: it has no dispersion. */
+static double lensopt__abbe_of(const lflare_medium *m)
+{
+    double spread = lflare_index(m, 486.1327) - lflare_index(m, 656.2725);
+    return spread > 0 ? lensopt__clamped((lflare_index(m, 587.5618) - 1) / spread, 10, 200) : 0;
+}
+
 static void lensopt__base_abbe(lensopt_problem *p)
 {
     int32_t i;
-    for (i = 0; i < p->fixed.surfaces; i++) {
-        const lflare_medium *m = &p->base.surfaces[lensopt__row(&p->base, i)].medium;
-        double spread = lflare_index(m, 486.1327) - lflare_index(m, 656.2725);
-        p->abbe[i] = spread > 0 ? lensopt__clamped((lflare_index(m, 587.5618) - 1) / spread, 10, 200) : 0;
+    for (i = 0; i < p->fixed.surfaces; i++) p->abbe[i] = lensopt__abbe_of(&p->base.surfaces[lensopt__row(&p->base, i)].medium);
+}
+
+/* Into the list, by index, behind those that have the same. */
+static void lensopt__list_glass(lensopt_problem *p, const lflare_medium *m)
+{
+    double n = lflare_index(m, lensopt__nm[1]);
+    int32_t i;
+    for (i = p->glasses; i > 0 && p->glass[i - 1].n > n; i--) p->glass[i] = p->glass[i - 1];
+    p->glass[i].n = n;
+    p->glass[i].nd = lflare_index(m, 587.5618);
+    p->glass[i].abbe = fmax(lensopt__abbe_of(m), 10);
+    p->glass[i].medium = *m;
+    p->glasses++;
+}
+
+/* The glasses within the range, and the base's own; the range then is theirs, a little wider, lest a single one leaves no room. */
+static lflare_result lensopt__list_glasses(lensopt_problem *p, lensopt_range range, lflare_error *error)
+{
+    const lensopt_problem_desc *d = &p->desc;
+    int32_t i;
+    if (d->glasses == NULL || d->glass_count < 1 || d->glass_count > LENSOPT_MAX_GLASSES)
+        return lensopt__fail(error, LFLARE_ERROR_ARGUMENT, "glasses: 1 to %i were expected, not %i, or NULL and 0", LENSOPT_MAX_GLASSES, d->glass_count);
+    for (i = 0; i < d->glass_count; i++) {
+        double n = lflare_index(&d->glasses[i], lensopt__nm[1]);
+        if (d->glasses[i].kind == LFLARE_MEDIUM_AIR || !lensopt__within(n, 1.01, 10) || !lensopt__within(lflare_index(&d->glasses[i], 587.5618), 1.01, 10))
+            return lensopt__fail(error, LFLARE_ERROR_ARGUMENT, "glasses[%i]: an index within 1.01 and 10 was expected, not %g", i, n);
+        if (range.hi == 0 || lensopt__within(n, range.lo, range.hi)) lensopt__list_glass(p, &d->glasses[i]);
     }
+    if (p->glasses == 0) return lensopt__fail(error, LFLARE_ERROR_ARGUMENT, "glasses: at least one was expected whose index at 510 nm lies within %g and %g", range.lo, range.hi);
+    for (i = 0; p->has_base && i < p->surfaces; i++)
+        if (p->fixed.n[i] != 1) lensopt__list_glass(p, &p->base.surfaces[lensopt__row(&p->base, i)].medium);
+    p->desc.index.lo = p->glass[0].n - 1e-3;
+    p->desc.index.hi = p->glass[p->glasses - 1].n + 1e-3;
+    p->desc.glasses = NULL; /* they are the caller's */
+    return LFLARE_OK;
 }
 
 static lflare_result lensopt__problem_base(lensopt_problem *p, lflare_error *error)
@@ -3579,6 +3646,8 @@ static lflare_result lensopt__problem_fill(lensopt_problem *p, const lensopt_pro
         p->fixed.surfaces = p->surfaces;
         p->fixed.n[p->surfaces - 1] = 1;
     }
+    if (desc->glasses != NULL || desc->glass_count != 0) result = lensopt__list_glasses(p, desc->index, error);
+    if (result != LFLARE_OK) return result;
     p->constrained = lensopt__constrained(&p->desc);
     p->desc.target = &p->target;
     p->desc.base = desc->base != NULL ? &p->base : NULL;
@@ -3649,8 +3718,12 @@ LENSOPT_API lflare_result lensopt_problem_point(const lensopt_problem *p, const 
 }
 
 /* The glass of a gap, whose index is n at 510 nm. */
-static void lensopt__glass(const lensopt_problem *p, int32_t i, double n, lflare_medium *out)
+static void lensopt__glass_of(const lensopt_problem *p, int32_t i, double n, lflare_medium *out)
 {
+    if (p->glasses > 0) {
+        *out = lensopt__nearest_glass(p, n)->medium;
+        return;
+    }
     memset(out, 0, sizeof *out);
     out->kind = LFLARE_MEDIUM_ABBE;
     out->c[0] = lensopt__nd(p, i, n);
@@ -3671,7 +3744,7 @@ static void lensopt__surface_of(const lensopt_problem *p, const lensopt__design 
     }
     if (was == NULL || fabs(p->fixed.n[i] - d->n[i]) > 1e-9) {
         memset(&out->medium, 0, sizeof out->medium);
-        if (d->n[i] != 1) lensopt__glass(p, i, d->n[i], &out->medium);
+        if (d->n[i] != 1) lensopt__glass_of(p, i, d->n[i], &out->medium);
     }
     out->thickness = d->d[i];
 }

@@ -191,7 +191,7 @@ static int finish(void)
 enum { FOUR = 64 /* ghosts that --four keeps */, MAX_COATINGS = 32 /* of one flare edit */, MAX_CHANGES = 256 /* of a target */ };
 
 typedef struct optimize_options { /* of flare optimize; 0 or NULL: not asked for */
-    const char *base, *resume, *checkpoint, *picture;
+    const char *base, *resume, *checkpoint, *picture, *glasses;
     lensopt_method method;
     lensopt_objective objective;
     int scratch, keep_order, surfaces, threads, top, has_seed;

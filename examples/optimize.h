@@ -5,7 +5,7 @@ static const char help_optimize[] =
     "  flare optimize TARGET [--base LENS [--fnumber N] [--keep-order] | --scratch [--surfaces N]] -o BEST.lens [--top K]\n"
     "                [--algorithm memetic|pso|jde|de] [--objective seen|matched|thesis] [--time S] [--evaluations N] [--goal F]\n"
     "                [--threads N] [--seed N] [--checkpoint FILE] [--resume FILE] [--picture FILE.png] [--efl LO,HI] [--back-focus LO,HI]\n"
-    "                [--length LO,HI] [--fstop LO,HI] [--focus MM] [--edges GLASS[,AIR]]\n"
+    "                [--length LO,HI] [--fstop LO,HI] [--focus MM] [--edges GLASS[,AIR]] [--glasses all|MAKER[,MAKER...]]\n"
     "      a lens searched whose flare comes near to a target (flare target), from a lens or from scratch (the default; as few surfaces as will do,\n"
     "      or N without the stop), until S seconds have passed (60, unless evaluations are limited), after N evaluations, or at a value of F or less\n"
     "      (1e-16 where time alone is limited and one lens asked for).\n"
@@ -19,7 +19,7 @@ static const char help_optimize[] =
     "      --picture: the target's spots at the first light to the left, the lens's to the right\n"
     "      --efl, --back-focus, --length (first surface to sensor), --fstop (at the target's iris): ranges, in mm but for the last;\n"
     "      --focus: the image lies that near to the sensor; --edges: least thickness at the edge of what the direct light passes, and least air\n"
-    "      there (0.1 mm)\n";
+    "      there (0.1 mm); --glasses: only those of the catalogue, of all makers or of some, such as SCHOTT,OHARA, and the base's own\n";
 
 static void print_help_optimize(FILE *file) { fputs(help_optimize, file); }
 
@@ -56,6 +56,7 @@ static int optimize_option(options *o, const char *command, const char *name, co
     else if (strcmp(name, "--resume") == 0) s->resume = value;
     else if (strcmp(name, "--checkpoint") == 0) s->checkpoint = value;
     else if (strcmp(name, "--picture") == 0) s->picture = value;
+    else if (strcmp(name, "--glasses") == 0) s->glasses = value;
     else if (strcmp(name, "--algorithm") == 0) s->method = (lensopt_method)one_of(name, value, optimize_methods, 4);
     else if (strcmp(name, "--objective") == 0) s->objective = (lensopt_objective)one_of(name, value, optimize_objectives, 3);
     else if (strcmp(name, "--surfaces") == 0) s->surfaces = whole_number(name, value, 2, LENSOPT_MAX_SEARCHED);
@@ -148,8 +149,40 @@ static void optimize_read_target(const char *path, lensopt_target *t)
     free(text);
 }
 
+/* Whether a maker is named in a list with commas. */
+static int optimize_names(const char *list, const char *maker)
+{
+    size_t size = strlen(maker);
+    const char *at = list;
+    while ((at = strstr(at, maker)) != NULL && ((at > list && at[-1] != ',') || (at[size] != ',' && at[size] != 0))) at++;
+    return at != NULL && size > 0;
+}
+
+/* The catalogue's glasses of the makers that are asked for; how many. */
+static int32_t optimize_glasses(const char *makers, lflare_medium *out)
+{
+    char known[200] = "";
+    const char *at = makers;
+    lensimport_glass glass;
+    int32_t i, count = 0, all = strcmp(makers, "all") == 0;
+    for (i = 0; i < lensimport_glass_count(); i++) {
+        if (lensimport_glass_get(i, &glass) != LFLARE_OK || glass.maker[0] == 0) continue;
+        if (!optimize_names(known, glass.maker) && strlen(known) + sizeof glass.maker + 1 < sizeof known) sprintf(known + strlen(known), "%s%s", known[0] != 0 ? "," : "", glass.maker);
+        if ((all || optimize_names(makers, glass.maker)) && count < LENSOPT_MAX_GLASSES) out[count++] = glass.medium;
+    }
+    while (!all && at != NULL) { /* each of the names */
+        char name[sizeof glass.maker];
+        size_t size = strcspn(at, ",");
+        sprintf(name, "%.*s", (int)(size < sizeof name ? size : sizeof name - 1), at);
+        if (size >= sizeof name || !optimize_names(known, name)) complain("--glasses: 'all' or makers of the catalogue (%s) were expected, not '%s'", known, makers);
+        at = at[size] == ',' ? at + size + 1 : NULL;
+    }
+    return count;
+}
+
 static void optimize_create(optimize_job *job)
 {
+    static lflare_medium glasses[LENSOPT_MAX_GLASSES];
     static lflare_prescription base;
     static lflare_lens lens;
     const options *o = job->o;
@@ -171,6 +204,10 @@ static void optimize_create(optimize_job *job)
     d.focus = s->focus;
     d.glass_edge = s->edges[0];
     d.air_edge = s->edges[1];
+    if (s->glasses != NULL) {
+        d.glasses = glasses;
+        d.glass_count = optimize_glasses(s->glasses, glasses);
+    }
     if (s->base != NULL) {
         if (!import_file(s->base, 0, &base, &lens, &error)) import_complain(s->base, &error);
         d.base = &base;
@@ -705,7 +742,7 @@ static int command_optimize(int argc, char **argv)
     static optimize_job job;
     options o = parse(argc, argv,
                       " -o --base --scratch --surfaces --algorithm --objective --time --evaluations --goal --threads --seed --top --resume --checkpoint --fnumber --keep-order"
-                      " --efl --back-focus --length --fstop --focus --edges --picture ", 1);
+                      " --efl --back-focus --length --fstop --focus --edges --picture --glasses ", 1);
     optimize_found *found[100];
     int count, i, stopped;
     if (o.optimize.top == 0) o.optimize.top = 1;

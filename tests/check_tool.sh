@@ -511,6 +511,9 @@ result $? "optimize --resume goes on as if unbroken"
 "$flare" optimize "$wish" --scratch -o "$dir/new.lens" --algorithm jde --objective thesis --evaluations 20000 --edges 1 --efl 20,200 --threads 1 >"$dir/out" && "$flare" info "$dir/new.lens" >/dev/null &&
     grep -q '^# from scratch$' "$dir/new.lens" && grep -q '^objective thesis ' "$dir/out"
 result $? "optimize --scratch"
+"$flare" optimize "$wish" --scratch -o "$dir/listed.lens" --evaluations 20000 --glasses SCHOTT,OHARA >/dev/null && "$flare" info "$dir/listed.lens" >/dev/null &&
+    awk -F, 'NR == FNR {if ($2 == "SCHOTT" || $2 == "OHARA") known[$1] = 1; next} {gsub(/#.*/, "")} / glass / {sub(/.* glass +/, ""); sub(/ .*/, ""); n++; if (!($0 in known)) wrong = 1} END {exit wrong || n == 0}' lenses/glasses.csv "$dir/listed.lens"
+result $? "optimize --glasses takes those of the makers named"
 "$flare" $found -o "$dir/cut.lens" --time 100 --threads 1 --goal 1e-300 >"$dir/out" 2>"$dir/err" &
 searching=$!
 sleep 1
@@ -532,6 +535,7 @@ wanted "none of the best" '^flare: --top: ' "$wish" -o "$dir/c.lens" --top 0
 wanted "an algorithm of no name" "'memetic', 'de', 'jde' or 'pso' was expected, not 'luck'" "$wish" -o "$dir/c.lens" --algorithm luck
 wanted "a lens and none" 'not both' "$wish" -o "$dir/c.lens" --base lenses/heliar-tronnier.lens --scratch
 wanted "order of nothing" 'belong to --base' "$wish" -o "$dir/c.lens" --keep-order
+wanted "glass of nobody" "all.* or makers of the catalogue .*OHARA.* were expected, not 'SCHOTT,NOBODY'" "$wish" -o "$dir/c.lens" --glasses SCHOTT,NOBODY
 wanted "half an evaluation" 'whole number' "$wish" -o "$dir/c.lens" --evaluations 2.5
 wanted "to go on from another search" 'checkpoint is of another search' "$wish" -o "$dir/c.lens" --resume "$dir/half.search"
 wanted "to go on from no search" 'is no checkpoint' "$wish" -o "$dir/c.lens" --resume "$wish"

@@ -561,6 +561,120 @@ static void errors_say_what(void **state)
     lensopt_problem_free(NULL);
 }
 
+static lflare_medium abbe_glass(double nd, double vd, const char *name)
+{
+    lflare_medium m;
+    memset(&m, 0, sizeof m);
+    m.kind = LFLARE_MEDIUM_ABBE;
+    m.c[0] = nd;
+    m.c[1] = vd;
+    strcpy(m.glass, name);
+    return m;
+}
+
+/* Whether all glasses of a lens are of the list, or the base's own. */
+static int of_the_list(const lflare_prescription *q, const lflare_medium *glasses, int32_t count)
+{
+    int32_t row, k, i;
+    for (row = 0; row < q->surface_count; row++) {
+        const lflare_medium *m = &q->surfaces[row].medium;
+        if (m->kind == LFLARE_MEDIUM_AIR) continue;
+        for (k = 0; k < count && memcmp(m, &glasses[k], sizeof *m) != 0; k++) {}
+        for (i = 0; i < base.surface_count && memcmp(m, &base.surfaces[i].medium, sizeof *m) != 0; i++) {}
+        if (k == count && i == base.surface_count) return 0;
+    }
+    return 1;
+}
+
+/* A list of glasses, in any order, two alike: lenses have no others, what points show is what these show, and polishing changes none. */
+static void glasses_from_a_list(void **state)
+{
+    static lensopt_shown shown[GHOSTS];
+    static lflare_prescription q;
+    static lflare_lens one;
+    lflare_medium glasses[6], air;
+    lensopt_spot spot;
+    double own[ROOM], x[ROOM], before[ROOM], f, after, worst = 0;
+    lensopt_problem_desc desc;
+    lensopt_problem *problem;
+    lensopt_function function;
+    lflare_error error;
+    uint64_t random = 12;
+    int32_t i, g, k, v, count, made = 0, compared = 0, used = 0;
+    (void)state;
+    glasses[0] = abbe_glass(1.7552, 27.6, "N-SF4");
+    glasses[1] = abbe_glass(1.5168, 64.2, "N-BK7");
+    glasses[2] = abbe_glass(1.5168, 64.2, "S-BSL7");
+    glasses[3] = abbe_glass(1.8467, 23.8, "N-SF57");
+    glasses[4] = abbe_glass(1.6204, 60.3, "N-SK16");
+    glasses[5] = abbe_glass(1.4339, 95.2, "CAF2");
+    lensopt_problem_free(own_target(heliar, LENSOPT_SEEN, 5.45, 1, own));
+    memset(&desc, 0, sizeof desc);
+    desc.target = &target;
+    desc.base = &base;
+    desc.iris = 2.25;
+    desc.glasses = glasses;
+    desc.glass_count = 6;
+    assert_int_equal(lensopt_problem_create(&desc, &problem, &error), LFLARE_OK);
+    lensopt_problem_function(problem, &function);
+    assert_int_equal(lensopt_problem_point(problem, &base, 2.25, own, &error), LFLARE_OK);
+    function.evaluate(function.user, own, 1, &f);
+    assert_true(f < 1e-18); /* its own glasses are there, too */
+    for (i = 0; i < 100; i++) {
+        double iris;
+        shaken(&function, own, i == 0 ? 0 : 0.1, &random, x);
+        function.evaluate(function.user, x, 1, &f);
+        memcpy(before, x, sizeof x);
+        after = f;
+        function.polish(function.user, x, &after, 20);
+        assert_true(after <= f);
+        if (lensopt_problem_prescription(problem, x, &q, &iris, &error) != LFLARE_OK) continue;
+        made++;
+        assert_true(of_the_list(&q, glasses, 6));
+        for (v = 0; v < q.surface_count; v++) {
+            for (k = 0; k < 6; k++) used |= (memcmp(&q.surfaces[v].medium, &glasses[k], sizeof glasses[k]) == 0) << k;
+            assert_true(strcmp(q.surfaces[v].medium.glass, "S-BSL7") != 0); /* the first of two alike */
+        }
+        assert_int_equal(lflare_lens_derive(&q, &one, &error), LFLARE_OK);
+        count = GHOSTS;
+        assert_int_equal(lensopt_problem_shows(problem, x, 0, shown, &count), LFLARE_OK);
+        for (g = 0; g < count; g++) {
+            if (lensopt_spots(&one, &shown[g].pair, 1, lensopt_slope(&target.lights[0]), iris, &spot) != LFLARE_OK || !(spot.radius > 0 && shown[g].radius > 0)) continue;
+            if (fabs(spot.radius - shown[g].radius) > 1e-8 * spot.radius) continue; /* rims cut */
+            compared++;
+            worst = fmax(worst, fabs(spot.centre - shown[g].centre) / (1 + fabs(spot.centre)));
+        }
+    }
+    print_message("           %d lenses, %d spots within %.1e\n", made, compared, worst);
+    assert_true(made > 20 && compared > 200 && (used & (used - 1)) != 0 && worst < 1e-6);
+    lensopt_problem_free(problem);
+    desc.index.lo = 1.7;
+    desc.index.hi = 1.8;
+    desc.base = NULL; /* one glass is left */
+    assert_int_equal(lensopt_problem_create(&desc, &problem, &error), LFLARE_OK);
+    lensopt_problem_function(problem, &function);
+    for (i = 0; i < 20; i++) {
+        function.sample(function.user, &random, x);
+        if (lensopt_problem_prescription(problem, x, &q, NULL, &error) != LFLARE_OK) continue;
+        for (v = 0; v < q.surface_count; v++) assert_true(q.surfaces[v].is_stop || q.surfaces[v].medium.kind == LFLARE_MEDIUM_AIR || memcmp(&q.surfaces[v].medium, &glasses[0], sizeof glasses[0]) == 0);
+    }
+    lensopt_problem_free(problem);
+    desc.index.hi = 1.71;
+    refused(desc, "within 1.7 and 1.71");
+    memset(&desc.index, 0, sizeof desc.index);
+    desc.glass_count = LENSOPT_MAX_GLASSES + 1;
+    refused(desc, "1 to 1024");
+    desc.glass_count = 0;
+    refused(desc, "1 to 1024");
+    desc.glass_count = 6;
+    memset(&air, 0, sizeof air);
+    air.kind = LFLARE_MEDIUM_AIR;
+    glasses[3] = air;
+    refused(desc, "glasses[3]");
+    desc.glasses = NULL;
+    refused(desc, "1 to 1024");
+}
+
 /* From scratch: as few surfaces as the thesis' formula says, and samples that have so many ghosts. */
 static void from_scratch(void **state)
 {
@@ -605,7 +719,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(spots_are_those_of_the_lens), cmocka_unit_test(thesis_is_the_thesis),   cmocka_unit_test(slopes_are_differences),
-        cmocka_unit_test(polishing_goes_downhill),     cmocka_unit_test(pairs_cost_least),       cmocka_unit_test(points_are_lenses),
+        cmocka_unit_test(glasses_from_a_list),         cmocka_unit_test(polishing_goes_downhill),     cmocka_unit_test(pairs_cost_least),       cmocka_unit_test(points_are_lenses),
         cmocka_unit_test(constraints_hold),            cmocka_unit_test(locks_keep),             cmocka_unit_test(searches_find),
         cmocka_unit_test(errors_say_what),             cmocka_unit_test(from_scratch)};
     return cmocka_run_group_tests(tests, NULL, NULL);
