@@ -3,7 +3,8 @@
 # make test    everything that is checked; installs what it needs when run as root, else says what to install
 # make bench   speed, as ratios side by side in one run
 # make bench-opt  the optimiser, beside pagmo 2 (libpagmo-dev): PART=functions, rate, heliar, canon, scratch or constrained for one part, ARGS='time=5 seeds=2'
-#                 for less of it (tests/bench_opt.cpp has more); five and a half hours for all on two cores, functions two minutes, rate 15 s
+#                 for less of it (tests/bench_opt.cpp has more); seven hours for all on two cores, functions two minutes, rate 15 s;
+#                 make bench-opt-plot draws its curves, build/bench_opt.png
 # make models  how near each model of the ghosts comes to exact rays, on six lenses; the first run takes half an hour
 # make fringes draws irises as ghosts show them beside the exact integral, build/fringes.pgm; needs FFTW (libfftw3-dev)
 # make shaders writes shaders_embedded/*.glsl into lensflare.h
@@ -126,6 +127,10 @@ bench: $(B)/bench $(if $(EGL),$(B)/bench_gl)
 bench-opt: $(B)/bench_opt
 	$(B)/bench_opt $(or $(PART),all) $(ARGS)
 
+bench-opt-plot:
+	@command -v gnuplot >/dev/null || { echo "bench-opt-plot draws with gnuplot (Debian: gnuplot-nox), which is not here" >&2; exit 2; }
+	gnuplot tests/bench_opt.gp
+
 models: $(B)/models
 	$(B)/models
 
@@ -164,4 +169,4 @@ coverage:
 clean:
 	rm -rf $(B)
 
-.PHONY: all no-windows demo test tests bench bench-opt models fringes shaders glasses diagrams flares fits fuzz fuzz-import coverage clean
+.PHONY: all no-windows demo test tests bench bench-opt bench-opt-plot models fringes shaders glasses diagrams flares fits fuzz fuzz-import coverage clean
