@@ -407,7 +407,7 @@ enum {
 
 typedef enum lensopt_objective {
     LENSOPT_SEEN = 0, /* least-cost assignment of ghosts, differences in units of a spot's size, weighed by what of it is on the frame, all lights:
-                         its root is a mean relative difference */
+                         its root is a mean relative difference. A spot that is where it should be, and hidden, counts as off by its radius or more */
     LENSOPT_MATCHED,  /* the same in mm^2, all spots of weight > 0 alike at the first light: the thesis' sum without its jumps where two sizes change
                          places. A ghost too many costs 500 mm over its radius, as many times the thesis' price as there are spots: there it
                          has to be larger than all spots, lest the pairs by rank no longer fit */

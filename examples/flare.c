@@ -313,9 +313,101 @@ static int coatings_flag(const char *command, const char *name); /* coatings.h *
 static int coatings_option(const char *command, const char *name, const char *value);
 static void print_help_coatings(FILE *file);
 
+/* Options whose value is one number, one text, or nothing; `at`: where in options it goes. */
+#define AT(member) offsetof(options, member)
+
+static const struct { const char *name; size_t at; double lo, hi; } number_options[] = {
+    {"--imperfection", AT(imperfection), 0, 0.1}, {"--softness", AT(softness), 0, 0.5},      {"--streak", AT(streak), 0, 1},          {"--squeeze", AT(squeeze), 0.125, 8},
+    {"--width", AT(sensor_width), 1e-6, 1e6},     {"--fov", AT(fov), 0.01, 175},             {"--fnumber", AT(fnumber), 0.1, 1000},   {"--rotation", AT(rotation), -3600, 3600},
+    {"--curvature", AT(curvature), 0, 1},         {"--exposure", AT(exposure), -60, 60},     {"--lambda", AT(lambda), 100, 20000},    {"--lambda0", AT(lambda0), 100, 20000}};
+
+static const struct { const char *name; size_t at; int lo, hi; } whole_options[] = {
+    {"--dust", AT(dust), 0, LFLARE_MAX_MARKS},  {"--scratches", AT(scratches), 0, LFLARE_MAX_MARKS}, {"--grating", AT(grating), 0, LFLARE_MASK_SIZE / 4},
+    {"--seed", AT(seed), 0, 1000000000},        {"--budget", AT(budget), 1, 1000000000},             {"--vertices", AT(vertices), 1, 1000000000},
+    {"--pixels", AT(pixels), 1, 1000000000},    {"--wavelengths", AT(wavelengths), 3, REFERENCE_MAX_WAVELENGTHS},
+    {"--rays", AT(rays), 0, 101},               {"--cells", AT(cells), 4, 4096}};
+
+static const struct { const char *name; size_t at; } text_options[] = {{"-o", AT(out)}, {"--catalogue", AT(catalogue)}, {"--layers", AT(layers)}, {"--fit", AT(fit)}, {"--mask", AT(mask)}};
+
+static const struct { const char *name; size_t at; int value; } flag_options[] = {
+    {"--json", AT(json), 1},           {"--csv", AT(csv), 1},        {"--ghosts-only", AT(ghosts_only), 1}, {"--across-stop", AT(paths.across_stop), 1},
+    {"--four", AT(paths.four), FOUR},  {"--scratch", AT(optimize.scratch), 1}, {"--keep-order", AT(optimize.keep_order), 1}};
+
+#define COUNT(table) (sizeof(table) / sizeof(table)[0])
+
+/* 1 if it is an option without a value. */
+static int flag_option(options *o, const char *command, const char *name)
+{
+    char *base = (char *)o;
+    size_t k;
+    for (k = 0; k < COUNT(flag_options); k++)
+        if (strcmp(name, flag_options[k].name) == 0) return *(int *)(void *)(base + flag_options[k].at) = flag_options[k].value;
+    if (strcmp(name, "--focus") == 0 && strcmp(command, "convert") == 0) return o->focus = 1;
+    return coatings_flag(command, name);
+}
+
+/* 1 if it is in one of the tables. */
+static int plain_option(options *o, const char *name, const char *value)
+{
+    char *base = (char *)o;
+    size_t k;
+    for (k = 0; k < COUNT(number_options); k++)
+        if (strcmp(name, number_options[k].name) == 0) {
+            *(double *)(void *)(base + number_options[k].at) = number(name, value, number_options[k].lo, number_options[k].hi);
+            return 1;
+        }
+    for (k = 0; k < COUNT(whole_options); k++)
+        if (strcmp(name, whole_options[k].name) == 0) {
+            *(int *)(void *)(base + whole_options[k].at) = whole_number(name, value, whole_options[k].lo, whole_options[k].hi);
+            return 1;
+        }
+    for (k = 0; k < COUNT(text_options); k++)
+        if (strcmp(name, text_options[k].name) == 0) {
+            *(const char **)(void *)(base + text_options[k].at) = value;
+            return 1;
+        }
+    return 0;
+}
+
+static void blades_option(options *o, const char *name, const char *value)
+{
+    double blades = number(name, value, 0, LFLARE_MAX_BLADES);
+    if (blades != floor(blades) || blades == 1 || blades == 2) complain("--blades: 0 for a round iris or 3 to %d, not '%s'", LFLARE_MAX_BLADES, value);
+    o->blades = (int)blades;
+}
+
+static void size_option(options *o, const char *command, const char *name, const char *value)
+{
+    double w, h;
+    if (strcmp(command, "starburst") == 0) {
+        o->width = o->height = whole_number(name, value, 1, 8192);
+        return;
+    }
+    two_numbers(name, value, 'x', 1, 32768, &w, &h);
+    if (w != floor(w) || h != floor(h)) complain("--size: whole numbers of pixels were expected, not '%s'", value);
+    o->width = (int)w;
+    o->height = (int)h;
+}
+
+/* What is in no table. */
+static void other_option(options *o, const char *command, const char *name, const char *value)
+{
+    if (strcmp(name, "--ringing") == 0) o->ringing = 1 + second_choice(name, value, "off", "on");
+    else if (strcmp(name, "--model") == 0) read_model(o, name, value);
+    else if (strcmp(name, "--backend") == 0) o->gl = second_choice(name, value, "software", "gl");
+    else if (strcmp(name, "--radius") == 0) o->has_radius = 1, o->radius = number(name, value, 0, 1000);
+    else if (strcmp(name, "--ghost") == 0) o->ghost = ghost_surfaces(name, value);
+    else if (strcmp(name, "--ray") == 0) o->has_ray = 1, two_numbers(name, value, ',', -1e6, 1e6, &o->ray[0], &o->ray[1]);
+    else if (strcmp(name, "--blades") == 0) blades_option(o, name, value);
+    else if (strcmp(name, "--size") == 0) size_option(o, command, name, value);
+    else if (strcmp(command, "coating") == 0) o->angle = number(name, value, 0, 89.99);
+    else two_numbers(name, value, ',', -89, 89, &o->ax, &o->ay); /* --angle */
+}
+
 /* `allowed`: the command's options, each with blanks around it. */
 static options parse(int argc, char **argv, const char *allowed, int operands)
 {
+    const char *command = argv[1];
     options o;
     int i;
     memset(&o, 0, sizeof o);
@@ -328,81 +420,26 @@ static options parse(int argc, char **argv, const char *allowed, int operands)
         const char *name = argv[i], *value;
         char key[64];
         if (name[0] != '-' || name[1] == 0 || (name[1] >= '0' && name[1] <= '9')) {
-            if (o.operand_count == operands) complain("'%s' is one argument too many for 'flare %s'", name, argv[1]);
+            if (o.operand_count == operands) complain("'%s' is one argument too many for 'flare %s'", name, command);
             o.operands[o.operand_count++] = name;
             continue;
         }
         if (strlen(name) > 40) complain("unknown option '%s'", name);
         sprintf(key, " %s ", name);
-        if (strcmp(name, "--config") == 0 && strstr(" compare coating glass ", argv[1]) == NULL && i + 1 < argc) {
+        if (strcmp(name, "--config") == 0 && strstr(" compare coating glass ", command) == NULL && i + 1 < argc) {
             lens_config = whole_number(name, argv[++i], 0, 1000);
             continue;
         }
-        if (strstr(allowed, key) == NULL) complain("unknown option '%s' for 'flare %s'; see flare --help", name, argv[1]);
-        if (strcmp(name, "--json") == 0) { o.json = 1; continue; }
-        if (strcmp(name, "--csv") == 0) { o.csv = 1; continue; }
-        if (strcmp(name, "--ghosts-only") == 0) { o.ghosts_only = 1; continue; }
-        if (strcmp(name, "--across-stop") == 0) { o.paths.across_stop = 1; continue; }
-        if (strcmp(name, "--four") == 0) { o.paths.four = FOUR; continue; }
-        if (strcmp(name, "--focus") == 0 && strcmp(argv[1], "convert") == 0) { o.focus = 1; continue; }
-        if (strcmp(name, "--scratch") == 0) { o.optimize.scratch = 1; continue; }
-        if (strcmp(name, "--keep-order") == 0) { o.optimize.keep_order = 1; continue; }
-        if (coatings_flag(argv[1], name)) continue;
+        if (strstr(allowed, key) == NULL) complain("unknown option '%s' for 'flare %s'; see flare --help", name, command);
+        if (flag_option(&o, command, name)) continue;
         if (++i == argc) complain("%s: a value is missing", name);
         value = argv[i];
-        if (coatings_option(argv[1], name, value) || edit_option(&o, argv[1], name, value) || optimize_option(&o, argv[1], name, value)) continue;
-        if (strcmp(name, "-o") == 0) o.out = value;
-        else if (strcmp(name, "--catalogue") == 0) o.catalogue = value;
-        else if (strcmp(name, "--layers") == 0) o.layers = value;
-        else if (strcmp(name, "--fit") == 0) o.fit = value;
-        else if (strcmp(name, "--ringing") == 0) o.ringing = 1 + second_choice(name, value, "off", "on");
-        else if (strcmp(name, "--mask") == 0) o.mask = value;
-        else if (strcmp(name, "--dust") == 0) o.dust = whole_number(name, value, 0, LFLARE_MAX_MARKS);
-        else if (strcmp(name, "--scratches") == 0) o.scratches = whole_number(name, value, 0, LFLARE_MAX_MARKS);
-        else if (strcmp(name, "--grating") == 0) o.grating = whole_number(name, value, 0, LFLARE_MASK_SIZE / 4);
-        else if (strcmp(name, "--seed") == 0) o.seed = whole_number(name, value, 0, 1000000000);
-        else if (strcmp(name, "--budget") == 0) o.budget = whole_number(name, value, 1, 1000000000);
-        else if (strcmp(name, "--vertices") == 0) o.vertices = whole_number(name, value, 1, 1000000000);
-        else if (strcmp(name, "--pixels") == 0) o.pixels = whole_number(name, value, 1, 1000000000);
-        else if (strcmp(name, "--imperfection") == 0) o.imperfection = number(name, value, 0, 0.1);
-        else if (strcmp(name, "--softness") == 0) o.softness = number(name, value, 0, 0.5);
-        else if (strcmp(name, "--streak") == 0) o.streak = number(name, value, 0, 1);
-        else if (strcmp(name, "--squeeze") == 0) o.squeeze = number(name, value, 0.125, 8);
-        else if (strcmp(name, "--width") == 0) o.sensor_width = number(name, value, 1e-6, 1e6);
-        else if (strcmp(name, "--model") == 0) read_model(&o, name, value);
-        else if (strcmp(name, "--backend") == 0) o.gl = second_choice(name, value, "software", "gl");
-        else if (strcmp(name, "--fov") == 0) o.fov = number(name, value, 0.01, 175);
-        else if (strcmp(name, "--fnumber") == 0) o.fnumber = number(name, value, 0.1, 1000);
-        else if (strcmp(name, "--rotation") == 0) o.rotation = number(name, value, -3600, 3600);
-        else if (strcmp(name, "--curvature") == 0) o.curvature = number(name, value, 0, 1);
-        else if (strcmp(name, "--radius") == 0) o.has_radius = 1, o.radius = number(name, value, 0, 1000);
-        else if (strcmp(name, "--wavelengths") == 0) o.wavelengths = whole_number(name, value, 3, REFERENCE_MAX_WAVELENGTHS);
-        else if (strcmp(name, "--rays") == 0) o.rays = whole_number(name, value, 0, 101);
-        else if (strcmp(name, "--cells") == 0) o.cells = whole_number(name, value, 4, 4096);
-        else if (strcmp(name, "--exposure") == 0) o.exposure = number(name, value, -60, 60);
-        else if (strcmp(name, "--lambda") == 0) o.lambda = number(name, value, 100, 20000);
-        else if (strcmp(name, "--ghost") == 0) o.ghost = ghost_surfaces(name, value);
-        else if (strcmp(name, "--ray") == 0) o.has_ray = 1, two_numbers(name, value, ',', -1e6, 1e6, &o.ray[0], &o.ray[1]);
-        else if (strcmp(name, "--lambda0") == 0) o.lambda0 = number(name, value, 100, 20000);
-        else if (strcmp(name, "--blades") == 0) {
-            double blades = number(name, value, 0, LFLARE_MAX_BLADES);
-            if (blades != floor(blades) || blades == 1 || blades == 2) complain("--blades: 0 for a round iris or 3 to %d, not '%s'", LFLARE_MAX_BLADES, value);
-            o.blades = (int)blades;
-        } else if (strcmp(name, "--size") == 0 && strcmp(argv[1], "starburst") == 0) {
-            o.width = o.height = whole_number(name, value, 1, 8192);
-        } else if (strcmp(name, "--size") == 0) {
-            double w, h;
-            two_numbers(name, value, 'x', 1, 32768, &w, &h);
-            if (w != floor(w) || h != floor(h)) complain("--size: whole numbers of pixels were expected, not '%s'", value);
-            o.width = (int)w;
-            o.height = (int)h;
-        } else if (strcmp(argv[1], "coating") == 0) {
-            o.angle = number(name, value, 0, 89.99);
-        } else { /* --angle */
-            two_numbers(name, value, ',', -89, 89, &o.ax, &o.ay);
-        }
+        if (coatings_option(command, name, value) || edit_option(&o, command, name, value) || optimize_option(&o, command, name, value) || plain_option(&o, name, value)) continue;
+        other_option(&o, command, name, value);
     }
-    if (o.operand_count < operands) complain("'flare %s' needs %s; see flare --help", argv[1], strcmp(argv[1], "glass") == 0 ? "a name, or ND,VD" : strcmp(argv[1], "optimize") == 0 ? "a target, which flare target makes" : operands == 1 ? "a lens file" : "two arguments");
+    if (o.operand_count < operands)
+        complain("'flare %s' needs %s; see flare --help", command,
+                 strcmp(command, "glass") == 0 ? "a name, or ND,VD" : strcmp(command, "optimize") == 0 ? "a target, which flare target makes" : operands == 1 ? "a lens file" : "two arguments");
     return o;
 }
 
