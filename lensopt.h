@@ -459,7 +459,7 @@ LENSOPT_API void lensopt_problem_function(lensopt_problem *problem, lensopt_func
 LENSOPT_API lflare_result lensopt_problem_point(const lensopt_problem *problem, const lflare_prescription *prescription, double iris, double *x, lflare_error *error);
 
 /* The lens of a point: what the base says of it stays where the search has not changed it. Semi-diameters are as wide as light of the
-   target's spots needs, as far as surfaces reach and do not cross; iris (may be NULL): the iris's radius that the spots are for. */
+   target's spots needs, as far as surfaces reach and leave glass_edge and air_edge between them; iris (may be NULL): the iris's radius that the spots are for. */
 LENSOPT_API lflare_result lensopt_problem_prescription(const lensopt_problem *problem, const double *x, lflare_prescription *out, double *iris, lflare_error *error);
 
 /* A spot of a point's lens. */
@@ -3772,8 +3772,15 @@ static void lensopt__ghost_reach(const lensopt_problem *p, const lflare_lens *le
     }
 }
 
-/* Surfaces end where they or the next one do: as far as both lie behind each other. */
-static void lensopt__trim(lflare_prescription *q)
+/* The least that two surfaces must be apart at their edge: what is asked for, as far as they are so in the middle. */
+static double lensopt__least_edge(const lensopt_problem *p, const lflare_surface *s)
+{
+    double least = s[0].is_stop || s[1].is_stop ? 0.5 * p->desc.air_edge : s->medium.kind == LFLARE_MEDIUM_AIR ? p->desc.air_edge : p->desc.glass_edge;
+    return fmin(least, 0.999 * s->thickness);
+}
+
+/* Surfaces end where they or the next one do: as far as both lie behind each other, by the least edge. */
+static void lensopt__trim(const lensopt_problem *p, lflare_prescription *q)
 {
     int32_t i, step;
     for (i = 0; i < q->surface_count; i++) {
@@ -3782,11 +3789,11 @@ static void lensopt__trim(lflare_prescription *q)
     }
     for (i = 0; i + 1 < q->surface_count; i++) {
         lflare_surface *s = &q->surfaces[i];
-        double lo = 0, hi = fmin(s[0].semi_diameter, s[1].semi_diameter);
-        if (s[0].thickness + lflare_sag(&s[1], hi) - lflare_sag(&s[0], hi) >= 0) continue;
+        double lo = 0, hi = fmin(s[0].semi_diameter, s[1].semi_diameter), least = lensopt__least_edge(p, s);
+        if (s[0].thickness + lflare_sag(&s[1], hi) - lflare_sag(&s[0], hi) >= least) continue;
         for (step = 0; step < 60; step++) {
             double r = 0.5 * (lo + hi);
-            if (s[0].thickness + lflare_sag(&s[1], r) - lflare_sag(&s[0], r) >= 0) lo = r;
+            if (s[0].thickness + lflare_sag(&s[1], r) - lflare_sag(&s[0], r) >= least) lo = r;
             else hi = r;
         }
         if (!s[0].is_stop) s[0].semi_diameter = fmin(s[0].semi_diameter, fmax(lo, 0.1));
@@ -3843,7 +3850,7 @@ LENSOPT_API lflare_result lensopt_problem_prescription(const lensopt_problem *p,
     lensopt__ghost_reach(p, &lens, d.iris, reach);
     for (row = 0; row < q.surface_count; row++)
         if (!q.surfaces[row].is_stop) q.surfaces[row].semi_diameter = fmin(1.02 * reach[row], p->desc.pupil);
-    lensopt__trim(&q);
+    lensopt__trim(p, &q);
     result = lflare_lens_derive(&q, &lens, error);
     if (result != LFLARE_OK) return result;
     *out = q;

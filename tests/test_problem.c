@@ -370,7 +370,7 @@ static void constraints_hold(void **state)
     lensopt_problem *problem;
     lflare_error error;
     uint64_t random = 4;
-    int32_t i, good = 0, made = 0;
+    int32_t i, row, good = 0, made = 0;
     (void)state;
     lensopt_problem_free(own_target(heliar, LENSOPT_SEEN, 5.45, 1, own));
     memset(&desc, 0, sizeof desc);
@@ -395,6 +395,11 @@ static void constraints_hold(void **state)
         assert_int_equal(lensopt_problem_prescription(problem, x, &q, &iris, &error), LFLARE_OK);
         assert_int_equal(lflare_lens_derive(&q, &lens, &error), LFLARE_OK);
         good += lens.efl > 98.5 && lens.efl < 102 && fabs(lens.bfd - q.surfaces[q.surface_count - 1].thickness) < 0.6;
+        for (row = 0; row + 1 < q.surface_count; row++) { /* of the lens as it is written */
+            const lflare_surface *s = &q.surfaces[row];
+            double rim = fmin(s[0].semi_diameter, s[1].semi_diameter), edge = s[0].thickness + lflare_sag(&s[1], rim) - lflare_sag(&s[0], rim);
+            if (!s[0].is_stop && !s[1].is_stop) assert_true(edge >= (s->medium.kind == LFLARE_MEDIUM_AIR ? 0.01 : 0.5) - 1e-6);
+        }
     }
     printf("           %d lenses, %d within their ranges\n", made, good);
     assert_true(made >= 5 && good == made);
