@@ -430,8 +430,8 @@ typedef struct lensopt_problem_desc {
     double pupil;                     /* clear radius of the entrance, mm; 0: 100, so that the iris shapes the ghosts */
     lensopt_range glass_gap, air_gap; /* mm; 1 to 15, 0.1 to 100 */
     lensopt_range index;              /* of glass, at 510 nm; 1.5 to 2, or as the glasses have it */
-    const lflare_medium *glasses;     /* the only ones that there are, those within `index` and the base's own; copied; NULL: any index. Of two that
-                                         have the same index at 510 nm the first is taken */
+    const lflare_medium *glasses;     /* the only ones that there are, those within `index` and the base's own; copied; NULL: any index. Of those that
+                                         have the same index at 510 nm the base's, or else the first, is taken */
     int32_t glass_count;              /* up to LENSOPT_MAX_GLASSES */
     lensopt_range stop_radius;        /* mm; 0.1 to 20 */
     double least_radius;              /* of curvature, mm; 0: 5 */
@@ -445,7 +445,7 @@ typedef struct lensopt_problem_desc {
 
 typedef struct lensopt_problem lensopt_problem;
 
-/* 0.6 MB. Of lenses the paraxial ones at 510 nm: each numbers' point within the bounds is one. LFLARE_ERROR_ARGUMENT names what is contradictory. */
+/* 0.5 MB. Of lenses the paraxial ones at 510 nm: each numbers' point within the bounds is one. LFLARE_ERROR_ARGUMENT names what is contradictory. */
 LENSOPT_API lflare_result lensopt_problem_create(const lensopt_problem_desc *desc, lensopt_problem **out, lflare_error *error);
 LENSOPT_API void lensopt_problem_free(lensopt_problem *problem); /* NULL is fine */
 
@@ -1740,7 +1740,7 @@ typedef struct lensopt__limits {
 } lensopt__limits;
 
 typedef struct lensopt__listed {
-    double n, nd, abbe;              /* n: at 510 nm */
+    double n, nd;                    /* at 510 nm, at the d line */
     lflare_medium medium;
 } lensopt__listed;
 
@@ -1800,7 +1800,6 @@ static int32_t lensopt__stop_of(const lensopt_problem *p, const double *x)
     return p->surfaces - 1;
 }
 
-/* The lens that a point stands for: any numbers within the bounds are one. */
 /* Of the glasses of a list the one whose index is nearest. */
 static const lensopt__listed *lensopt__nearest_glass(const lensopt_problem *p, double n)
 {
@@ -1815,6 +1814,7 @@ static const lensopt__listed *lensopt__nearest_glass(const lensopt_problem *p, d
     return &p->glass[lo];
 }
 
+/* The lens that a point stands for: any numbers within the bounds are one. */
 static void lensopt__decode(const lensopt_problem *p, const double *x, lensopt__design *d)
 {
     double place = 0;
@@ -2047,12 +2047,11 @@ static double lensopt__out_of(double v, lensopt_range r)
     return r.hi == 0 ? 0 : 10 * (v < r.lo ? v - r.lo : v > r.hi ? v - r.hi : 0) / r.hi;
 }
 
-/* Abbe number of the glass behind surface i where its index is n at 510 nm: the listed one's, or the base's own if that is glass, too, or what is usual. */
+/* Abbe number of the glass behind surface i where its index is n at 510 nm: the base's own if that is glass, too, or what is usual. */
 static double lensopt__abbe(const lensopt_problem *p, int32_t i, double n)
 {
     static const double usual[6][2] = {{1.4, 75}, {1.515, 60.4}, {1.626, 36.4}, {1.75, 28.2}, {1.861, 23.8}, {2.12, 17}}; /* n, Vd of common crowns and flints */
     int32_t k = 0;
-    if (p->glasses > 0) return lensopt__nearest_glass(p, n)->abbe;
     if (p->abbe[i] > 0) return p->abbe[i];
     while (k < 4 && n > usual[k + 1][0]) k++;
     return fmax(15, usual[k][1] + (n - usual[k][0]) * (usual[k + 1][1] - usual[k][1]) / (usual[k + 1][0] - usual[k][0]));
@@ -2227,7 +2226,7 @@ static size_t lensopt__assignment_size(int32_t rows, int32_t columns)
     return sizeof(double) * ((r + 4) * stride + r) + sizeof(int32_t) * (2 * r + stride) + sizeof(lensopt__vec);
 }
 
-/* memory: as many bytes. */
+/* memory: lensopt__assignment_size bytes, aligned or not. */
 static void lensopt__assignment_in(void *memory, int32_t rows, int32_t columns, lensopt__assignment *out)
 {
     int32_t i, j;
@@ -2248,7 +2247,8 @@ static void lensopt__assignment_in(void *memory, int32_t rows, int32_t columns, 
 }
 
 /* Rows bid: each takes the column that is best for it, whose price falls until the second best would do as well, and the row that had it bids
-   again (augmenting row reduction; Jonker and Volgenant, Computing 38, 1987). Few rows are left alone; returns how many. */
+   again (augmenting row reduction; Jonker and Volgenant, Computing 38, 1987). Where all want the same few columns, prices fall in so many small
+   steps that the search below is faster: hence a limit. Returns how many rows are left alone. */
 static int32_t lensopt__bid(lensopt__assignment *a)
 {
     int32_t left = a->rows, bids = 8 * a->rows, round, i, j;
@@ -2276,7 +2276,7 @@ static int32_t lensopt__bid(lensopt__assignment *a)
             if (best < 0) continue;
             other = a->row_of[best];
             a->row_of[best] = row;
-            if (second < HUGE_VAL) a->price[best] -= second - first;
+            a->price[best] -= second - first;
             if (other < 0) continue;
             a->column_of[other] = -1;
             if (second > first) a->alone[--i] = other;
@@ -2286,7 +2286,7 @@ static int32_t lensopt__bid(lensopt__assignment *a)
     return left;
 }
 
-/* Ways over `row`, which lies `base` nearer than its costs say: the nearest column then that is not closed; *shortest: how far it is. */
+/* Ways over `row`: a column lies as far on as its price leaves of the row's cost, less base. The nearest that is not closed; *shortest: how far. */
 LENSOPT__INLINE int32_t lensopt__reach_over(lensopt__assignment *a, int32_t row, double base, double *shortest)
 {
     const lensopt__vec none = {0};
@@ -2906,12 +2906,13 @@ static void lensopt__spots_of_lane(lensopt__descent *w, int l)
 /* -- what a pairing costs -- */
 
 /* The images of a spot that is wanted have to overlap by a part of the smaller one's radius; one that is just hidden is as bad as one that is off by
-   its radius. If less is asked for, searches find lenses all of whose spots are where they should be, and hidden by next to nothing. */
+   its radius. If less is asked for, searches find lenses all of whose spots are where they should be, and hidden by next to nothing. THESIS prices
+   what is seen by its place and size alone. */
 #define LENSOPT__OVERLAP 0.1
 
-static double lensopt__unseen(double radius, double overlap)
+static double lensopt__unseen(const lensopt__descent *w, double radius, double overlap)
 {
-    double e = overlap / LENSOPT__OVERLAP - fabs(radius);
+    double e = overlap / LENSOPT__OVERLAP - (w->p->desc.objective == LENSOPT_THESIS ? 0 : fabs(radius));
     return e < 0 ? e : 0;
 }
 
@@ -2923,7 +2924,7 @@ static double lensopt__cost(const lensopt__descent *w, int32_t goal, int32_t k)
     double sum = 0;
     for (l = 0; l < p->lights; l++) {
         const double *spot = w->spot[l][k];
-        double dc = spot[0] - goals[l].centre, dr = spot[1] - goals[l].radius, unseen = lensopt__unseen(spot[1], spot[2]), e = 0;
+        double dc = spot[0] - goals[l].centre, dr = spot[1] - goals[l].radius, unseen = lensopt__unseen(w, spot[1], spot[2]), e = 0;
         if (goals[l].wish == LENSOPT_SPOT) e = dc * dc + dr * dr + unseen * unseen;
         else if (goals[l].wish == LENSOPT_SPOT_HIDDEN) e = spot[2] > 0 ? spot[2] * spot[2] : 0;
         sum += p->weight[l][goal] * e;
@@ -2987,7 +2988,7 @@ static void lensopt__assign_least(lensopt__descent *w)
     int32_t g, k;
     lensopt__assignment_in(w->assignment, w->p->goals, w->count, &a);
     for (k = 0; k < w->count; k++) {
-        double surplus = fmin(lensopt__surplus(w, k), 1e100); /* a point costs HUGE_VAL */
+        double surplus = fmin(lensopt__surplus(w, k), 1e12); /* a point costs HUGE_VAL; the digits of what goals cost are to stay */
         for (g = 0; g < a.rows; g++) a.cost[g * a.stride + k] = lensopt__cost(w, g, k) - surplus;
     }
     memcpy(a.none, w->p->missing, sizeof *a.none * (size_t)a.rows);
@@ -3149,11 +3150,11 @@ static void lensopt__add_ghost(lensopt__descent *w, int32_t k, double m00, doubl
             double e = lensopt__too_many(w, l, k);
             if (e > 0) lensopt__add_partials(w, image.by_radius, p->desc.objective == LENSOPT_SEEN ? -e / (image.radius + p->unit) : -0.5 * e / image.radius, e);
         } else if (goal->wish == LENSOPT_SPOT && root > 0) {
-            double way = m00 < 0 ? -w->sign[k] : w->sign[k], unseen = lensopt__unseen(image.radius, image.overlap);
+            double way = m00 < 0 ? -w->sign[k] : w->sign[k], unseen = lensopt__unseen(w, image.radius, image.overlap);
             lensopt__add_partials(w, image.by_centre, root, root * (image.centre - goal->centre));
             lensopt__add_partials(w, image.by_radius, way * root, root * (way * image.radius - goal->radius));
             if (unseen < 0) {
-                for (i = 0; i < 5; i++) image.by_overlap[i] = image.by_overlap[i] / LENSOPT__OVERLAP - image.by_radius[i];
+                for (i = 0; i < 5; i++) image.by_overlap[i] = image.by_overlap[i] / LENSOPT__OVERLAP - (p->desc.objective == LENSOPT_THESIS ? 0 : image.by_radius[i]);
                 lensopt__add_partials(w, image.by_overlap, root, root * unseen);
             }
         } else if (goal->wish == LENSOPT_SPOT_HIDDEN && root > 0 && image.overlap > 0) {
@@ -3446,9 +3447,13 @@ static int32_t lensopt__lens_polish(void *user, double *x, double *f, int32_t st
     const lensopt_problem *p = (const lensopt_problem *)user;
     double moved[LENSOPT_MAX_VARIABLES], value;
     size_t size;
-    int32_t done;
+    int32_t done, evaluated = 0;
     lensopt__descent *w = lensopt__descent_create(p, &size);
     if (w == NULL) return 0;
+    if (p->desc.objective == LENSOPT_THESIS && *f == HUGE_VAL) { /* its pairs change for the worse, too, and so may the sum */
+        lensopt__lens_evaluate(user, x, 1, f);
+        evaluated = 1;
+    }
     memcpy(moved, x, sizeof *x * (size_t)p->variables);
     value = lensopt__descend(w, moved, steps, &done);
     p->desc.allocate(p->desc.allocate_user, w->memory, size, 0);
@@ -3457,7 +3462,7 @@ static int32_t lensopt__lens_polish(void *user, double *x, double *f, int32_t st
         *f = value;
         memcpy(x, moved, sizeof *x * (size_t)p->variables);
     }
-    return 1 + done * (LENSOPT__LANES + 4);
+    return 1 + evaluated + done * (LENSOPT__LANES + 4);
 }
 
 /* Which gaps are air: never two in a row, so that every surface parts something, and that behind the last; and the stop's. Places of the stop that give just
@@ -3491,7 +3496,9 @@ static double lensopt__sample_number(const lensopt_problem *p, int32_t v, const 
     case LENSOPT__GAP:
         if (row + 1 == p->surfaces) return lensopt__clamped(20 + 80 * r, lo, hi);
         return air[row] ? lensopt__clamped(0.2 + 15 * r * q, l->air_gap.lo, l->air_gap.hi) : lensopt__clamped(1 + 9 * r, l->glass_gap.lo, l->glass_gap.hi);
-    default: return air[row] && l->may_air ? lo : l->index.lo + (l->index.hi - l->index.lo) * 0.8 * r;
+    default:
+        if (!(air[row] && l->may_air) && p->glasses > 0) return lensopt__clamped(p->glass[(int32_t)(r * p->glasses)].n, l->index.lo, l->index.hi);
+        return air[row] && l->may_air ? lo : l->index.lo + (l->index.hi - l->index.lo) * 0.8 * r;
     }
 }
 
@@ -3562,17 +3569,14 @@ static int32_t lensopt__surfaces_for(int32_t ghosts)
     return 0;
 }
 
-/* 0: it has no dispersion. */
-static double lensopt__abbe_of(const lflare_medium *m)
-{
-    double spread = lflare_index(m, 486.1327) - lflare_index(m, 656.2725);
-    return spread > 0 ? lensopt__clamped((lflare_index(m, 587.5618) - 1) / spread, 10, 200) : 0;
-}
-
 static void lensopt__base_abbe(lensopt_problem *p)
 {
     int32_t i;
-    for (i = 0; i < p->fixed.surfaces; i++) p->abbe[i] = lensopt__abbe_of(&p->base.surfaces[lensopt__row(&p->base, i)].medium);
+    for (i = 0; i < p->fixed.surfaces; i++) {
+        const lflare_medium *m = &p->base.surfaces[lensopt__row(&p->base, i)].medium;
+        double spread = lflare_index(m, 486.1327) - lflare_index(m, 656.2725);
+        p->abbe[i] = spread > 0 ? lensopt__clamped((lflare_index(m, 587.5618) - 1) / spread, 10, 200) : 0;
+    }
 }
 
 /* Into the list, by index, behind those that have the same. */
@@ -3583,7 +3587,6 @@ static void lensopt__list_glass(lensopt_problem *p, const lflare_medium *m)
     for (i = p->glasses; i > 0 && p->glass[i - 1].n > n; i--) p->glass[i] = p->glass[i - 1];
     p->glass[i].n = n;
     p->glass[i].nd = lflare_index(m, 587.5618);
-    p->glass[i].abbe = fmax(lensopt__abbe_of(m), 10);
     p->glass[i].medium = *m;
     p->glasses++;
 }
@@ -3592,18 +3595,19 @@ static void lensopt__list_glass(lensopt_problem *p, const lflare_medium *m)
 static lflare_result lensopt__list_glasses(lensopt_problem *p, lensopt_range range, lflare_error *error)
 {
     const lensopt_problem_desc *d = &p->desc;
-    int32_t i;
+    int32_t i, own;
     if (d->glasses == NULL || d->glass_count < 1 || d->glass_count > LENSOPT_MAX_GLASSES)
         return lensopt__fail(error, LFLARE_ERROR_ARGUMENT, "glasses: 1 to %i were expected, not %i, or NULL and 0", LENSOPT_MAX_GLASSES, d->glass_count);
+    for (i = 0; p->has_base && i < p->surfaces; i++) /* first, so that they are taken before others of the same index */
+        if (p->fixed.n[i] != 1) lensopt__list_glass(p, &p->base.surfaces[lensopt__row(&p->base, i)].medium);
+    own = p->glasses;
     for (i = 0; i < d->glass_count; i++) {
-        double n = lflare_index(&d->glasses[i], lensopt__nm[1]);
-        if (d->glasses[i].kind == LFLARE_MEDIUM_AIR || !lensopt__within(n, 1.01, 10) || !lensopt__within(lflare_index(&d->glasses[i], 587.5618), 1.01, 10))
-            return lensopt__fail(error, LFLARE_ERROR_ARGUMENT, "glasses[%i]: an index within 1.01 and 10 was expected, not %g", i, n);
+        double n = lflare_index(&d->glasses[i], lensopt__nm[1]), nd = lflare_index(&d->glasses[i], 587.5618);
+        if (d->glasses[i].kind == LFLARE_MEDIUM_AIR || !lensopt__within(n, 1.01, 10) || !lensopt__within(nd, 1.01, 10))
+            return lensopt__fail(error, LFLARE_ERROR_ARGUMENT, "glasses[%i]: an index within 1.01 and 10 was expected, not %g at 510 nm and %g at 587.6", i, n, nd);
         if (range.hi == 0 || lensopt__within(n, range.lo, range.hi)) lensopt__list_glass(p, &d->glasses[i]);
     }
-    if (p->glasses == 0) return lensopt__fail(error, LFLARE_ERROR_ARGUMENT, "glasses: at least one was expected whose index at 510 nm lies within %g and %g", range.lo, range.hi);
-    for (i = 0; p->has_base && i < p->surfaces; i++)
-        if (p->fixed.n[i] != 1) lensopt__list_glass(p, &p->base.surfaces[lensopt__row(&p->base, i)].medium);
+    if (p->glasses == own) return lensopt__fail(error, LFLARE_ERROR_ARGUMENT, "glasses: at least one was expected whose index at 510 nm lies within %g and %g", range.lo, range.hi);
     p->desc.index.lo = p->glass[0].n - 1e-3;
     p->desc.index.hi = p->glass[p->glasses - 1].n + 1e-3;
     p->desc.glasses = NULL; /* they are the caller's */
@@ -4315,10 +4319,9 @@ static double lensopt__polish_child(const lensopt__setup *s, lensopt__island *o,
     int32_t cost, j;
     lensopt__copy(s, polished, child);
     cost = s->d.function.polish(s->d.function.user, polished, &value, s->d.polish_steps);
-    if (cost > 0) {
-        o->evaluations += cost;
-        o->used += cost;
-    }
+    cost = cost < 1 ? 1 : cost; /* that limits of evaluations are reached */
+    o->evaluations += cost;
+    o->used += cost;
     for (j = 0; j < s->n; j++)
         if (!(polished[j] >= s->lower[j] && polished[j] <= s->upper[j])) return HUGE_VAL;
     if (!lensopt__is_finite(value)) return HUGE_VAL;
@@ -5332,7 +5335,7 @@ LENSOPT_API lflare_result lensopt_search_points(lensopt_search *o, double *x, do
 
 /* -- checkpoints -- */
 
-enum { LENSOPT__CHECKPOINT_VERSION = 1 };
+enum { LENSOPT__CHECKPOINT_VERSION = 2 };
 
 /* Visits the state word by word: writes it (to), reads it (from), only checks what would be read (from, dry), or only counts (neither). */
 typedef struct lensopt__store {
@@ -6098,7 +6101,7 @@ static int32_t lensopt__coat_polish(void *user, double *x, double *f, int32_t st
     if (steps <= 0) return 0;
     if (unknown) lensopt__coat_evaluate(user, x, 1, f);
     s = lensopt__coat_slopes_make(c);
-    if (s.value == NULL) return 0;
+    if (s.value == NULL) return unknown;
     while (done < steps && slow < 3 && *f > 0) {
         double before = *f;
         lensopt__coat_slopes_at(&s, x);
@@ -6239,7 +6242,7 @@ static lflare_result lensopt__coat_match_spots(lensopt_coatings *c, const lensop
     if (block == NULL) return LFLARE_ERROR_MEMORY;
     lensopt__assignment_in(block, row_count, count, &a);
     for (k = 0; k < count; k++) {
-        lensopt__coat_goals(desc, iris, pairs[k], spots);
+        if (!taken[k]) lensopt__coat_goals(desc, iris, pairs[k], spots);
         for (i = 0; i < row_count; i++) a.cost[(size_t)i * (size_t)a.stride + (size_t)k] = taken[k] ? HUGE_VAL : lensopt__coat_off(t, &t->ghosts[rows[i]], spots);
     }
     for (i = 0; i < row_count; i++) a.none[i] = 1e9; /* any ghost is better than none */

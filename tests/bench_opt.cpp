@@ -469,6 +469,21 @@ static double ssim(const std::vector<float> &a, const std::vector<float> &b)
     return sum / static_cast<double>(n);
 }
 
+/* For eyes: target to the left, result to the right, grey by the logarithm, since small spots are ten thousand times brighter than large ones. */
+static void write_pair(const std::string &pgm, const std::vector<float> &target, const std::vector<float> &result)
+{
+    double middle = lit_quantile(target, 0.5), most = std::log1p(4 * lit_quantile(target, 0.999) / middle);
+    FILE *file = std::fopen(pgm.c_str(), "wb");
+    if (file == nullptr) return;
+    std::fprintf(file, "P5\n%d %d\n255\n", 2 * WIDTH, HEIGHT);
+    for (int j = 0; j < HEIGHT; j++)
+        for (int i = 0; i < 2 * WIDTH; i++) {
+            double v = static_cast<double>((i < WIDTH ? target : result)[static_cast<size_t>(j * WIDTH + i % WIDTH)]);
+            std::fputc(static_cast<int>(255 * std::min(1.0, std::log1p(4 * v / middle) / most) + 0.5), file);
+        }
+    std::fclose(file);
+}
+
 /* Of a result's picture against the target's: exposed so that the brightest 0.1 % of what the target lights clip at 1, and, which is harder, so that the
    median of what it lights is 0.5; and what a black picture would get at the first. */
 struct likeness { double psnr = 0, ssim = 0, bright = 0, black = 0; };
@@ -483,18 +498,7 @@ static likeness compare(const std::vector<disc> &target, const std::vector<disc>
     out.ssim = ssim(te, re);
     out.black = psnr(te, std::vector<float>(te.size()));
     out.bright = psnr(exposed(t, bright), exposed(r, bright));
-    if (!pgm.empty()) { /* the bright ones, for eyes: gamma 2.2, target left */
-        te = exposed(t, bright), re = exposed(r, bright);
-        FILE *file = std::fopen(pgm.c_str(), "wb");
-        if (file == nullptr) return out;
-        std::fprintf(file, "P5\n%d %d\n255\n", 2 * WIDTH, HEIGHT);
-        for (int j = 0; j < HEIGHT; j++)
-            for (int i = 0; i < 2 * WIDTH; i++) {
-                double v = static_cast<double>((i < WIDTH ? te : re)[static_cast<size_t>(j * WIDTH + i % WIDTH)]);
-                std::fputc(static_cast<int>(255 * std::pow(v, 1 / 2.2) + 0.5), file);
-            }
-        std::fclose(file);
-    }
+    if (!pgm.empty()) write_pair(pgm, t, r);
     return out;
 }
 

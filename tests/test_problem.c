@@ -250,7 +250,7 @@ static void polishing_goes_downhill(void **state)
     lensopt_objective objective;
     (void)state;
     for (objective = LENSOPT_SEEN; objective <= LENSOPT_THESIS; objective = (lensopt_objective)(objective + 1)) {
-        double own[ROOM], x[ROOM], before, after, again;
+        double own[ROOM], x[ROOM], start[ROOM], before, after, again;
         lensopt_function function;
         lensopt_problem *problem = own_target(heliar, objective, 13.4, objective == LENSOPT_SEEN ? 2 : 1, own);
         uint64_t random = 1;
@@ -258,11 +258,15 @@ static void polishing_goes_downhill(void **state)
         lensopt_problem_function(problem, &function);
         for (i = 0; i < 60; i++) {
             shaken(&function, own, i % 2 ? 0.001 : 0.3, &random, x);
+            memcpy(start, x, sizeof x);
             function.evaluate(function.user, x, 1, &before);
-            after = before;
+            after = HUGE_VAL; /* not known */
             assert_true(function.polish(function.user, x, &after, 60) > 0);
-            function.evaluate(function.user, x, 1, &again);
             assert_true(after <= before);
+            again = before;
+            function.polish(function.user, start, &again, 60);
+            assert_true(again == after);
+            function.evaluate(function.user, x, 1, &again);
             assert_true(fabs(again - after) <= 1e-9 * after + 1e-20);
             for (v = 0; v < function.variables; v++) assert_true(x[v] >= function.lower[v] && x[v] <= function.upper[v]);
             back += i % 2 && after < 1e-12;
@@ -594,18 +598,15 @@ static int of_the_list(const lflare_prescription *q, const lflare_medium *glasse
 /* A list of glasses, in any order, two alike: lenses have no others, what points show is what these show, and polishing changes none. */
 static void glasses_from_a_list(void **state)
 {
-    static lensopt_shown shown[GHOSTS];
-    static lflare_prescription q;
-    static lflare_lens one;
+    static lflare_prescription q, unpolished;
     lflare_medium glasses[6], air;
-    lensopt_spot spot;
-    double own[ROOM], x[ROOM], before[ROOM], f, after, worst = 0;
+    double own[ROOM], x[ROOM], before[ROOM], f, after, again, worst = 0;
     lensopt_problem_desc desc;
     lensopt_problem *problem;
     lensopt_function function;
     lflare_error error;
     uint64_t random = 12;
-    int32_t i, g, k, v, count, made = 0, compared = 0, used = 0;
+    int32_t i, k, v, made = 0, used = 0;
     (void)state;
     glasses[0] = abbe_glass(1.7552, 27.6, "N-SF4");
     glasses[1] = abbe_glass(1.5168, 64.2, "N-BK7");
@@ -636,22 +637,19 @@ static void glasses_from_a_list(void **state)
         if (lensopt_problem_prescription(problem, x, &q, &iris, &error) != LFLARE_OK) continue;
         made++;
         assert_true(of_the_list(&q, glasses, 6));
+        if (lensopt_problem_prescription(problem, before, &unpolished, NULL, &error) == LFLARE_OK)
+            for (v = 0; v < q.surface_count; v++) assert_memory_equal(&unpolished.surfaces[v].medium, &q.surfaces[v].medium, sizeof(lflare_medium));
         for (v = 0; v < q.surface_count; v++) {
             for (k = 0; k < 6; k++) used |= (memcmp(&q.surfaces[v].medium, &glasses[k], sizeof glasses[k]) == 0) << k;
             assert_true(strcmp(q.surfaces[v].medium.glass, "S-BSL7") != 0); /* the first of two alike */
         }
-        assert_int_equal(lflare_lens_derive(&q, &one, &error), LFLARE_OK);
-        count = GHOSTS;
-        assert_int_equal(lensopt_problem_shows(problem, x, 0, shown, &count), LFLARE_OK);
-        for (g = 0; g < count; g++) {
-            if (lensopt_spots(&one, &shown[g].pair, 1, lensopt_slope(&target.lights[0]), iris, &spot) != LFLARE_OK || !(spot.radius > 0 && shown[g].radius > 0)) continue;
-            if (fabs(spot.radius - shown[g].radius) > 1e-8 * spot.radius) continue; /* rims cut */
-            compared++;
-            worst = fmax(worst, fabs(spot.centre - shown[g].centre) / (1 + fabs(spot.centre)));
-        }
+        assert_int_equal(lensopt_problem_point(problem, &q, iris, before, &error), LFLARE_OK);
+        function.evaluate(function.user, before, 1, &again);
+        function.evaluate(function.user, x, 1, &after);
+        worst = fmax(worst, fabs(again - after) / (after + 1e-9)); /* the lens's own indices give the same spots */
     }
-    print_message("           %d lenses, %d spots within %.1e\n", made, compared, worst);
-    assert_true(made > 20 && compared > 200 && (used & (used - 1)) != 0 && worst < 1e-6);
+    print_message("           %d lenses, the same within %.1e\n", made, worst);
+    assert_true(made > 20 && (used & (used - 1)) != 0 && worst < 1e-6);
     lensopt_problem_free(problem);
     desc.index.lo = 1.7;
     desc.index.hi = 1.8;
@@ -724,8 +722,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(spots_are_those_of_the_lens), cmocka_unit_test(thesis_is_the_thesis),   cmocka_unit_test(slopes_are_differences),
-        cmocka_unit_test(glasses_from_a_list),         cmocka_unit_test(polishing_goes_downhill),     cmocka_unit_test(pairs_cost_least),       cmocka_unit_test(points_are_lenses),
-        cmocka_unit_test(constraints_hold),            cmocka_unit_test(locks_keep),             cmocka_unit_test(searches_find),
-        cmocka_unit_test(errors_say_what),             cmocka_unit_test(from_scratch)};
+        cmocka_unit_test(polishing_goes_downhill),     cmocka_unit_test(pairs_cost_least),       cmocka_unit_test(points_are_lenses),
+        cmocka_unit_test(glasses_from_a_list),         cmocka_unit_test(constraints_hold),       cmocka_unit_test(locks_keep),
+        cmocka_unit_test(searches_find),               cmocka_unit_test(errors_say_what),        cmocka_unit_test(from_scratch)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -89,7 +89,7 @@ static int32_t polish(void *user, double *x, double *f, int32_t steps)
 {
     const problem *p = (const problem *)user;
     double g[16], y[16], length = 0.1, value;
-    int32_t cost = 0, j, k;
+    int32_t cost = *f == HUGE_VAL, j, k;
     if (*f == HUGE_VAL) *f = p->value(x, p->n);
     for (k = 0; k < steps; k++, cost += p->n + 1) {
         double norm = 0;
