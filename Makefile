@@ -127,9 +127,12 @@ bench: $(B)/bench $(if $(EGL),$(B)/bench_gl)
 bench-opt: $(B)/bench_opt
 	$(B)/bench_opt $(or $(PART),all) $(ARGS)
 
+# and of the pictures that pictures=1 writes some above each other
+PAIRS = $(wildcard $(addprefix $(B)/bench_opt_,heliar-13.40_memetic_1.pgm canon-5.45_seen_1.pgm scratch-5_seen_1.pgm scratch-10_seen_1.pgm scratch-15_seen_1.pgm))
 bench-opt-plot:
 	@command -v gnuplot >/dev/null || { echo "bench-opt-plot draws with gnuplot (Debian: gnuplot-nox), which is not here" >&2; exit 2; }
 	gnuplot tests/bench_opt.gp
+	$(if $(PAIRS),convert $(PAIRS) -resize 1280x -bordercolor black -border 0x2 -append -quality 88 $(B)/bench_opt.jpg)
 
 models: $(B)/models
 	$(B)/models

@@ -1,5 +1,5 @@
-/* What lensopt.h shows, side by side with pagmo 2 where that has something like it. `bench_opt PART [NAME=VALUE ...]` runs one part, `bench_opt` all (five and a
-   half hours at the defaults: a part says what it will take); time=SECONDS a run, seeds=N, methods=A,B,... and pictures=1 choose less or more.
+/* What lensopt.h shows, side by side with pagmo 2 where that has something like it. `bench_opt PART [NAME=VALUE ...]` runs one part, `bench_opt` all (seven
+   hours at the defaults: a part says what it will take); time=SECONDS a run, seeds=N, methods=A,B,... and pictures=1 choose less or more.
 
        functions [memetic | de | jde | pso]
                    each algorithm with the same parameters, population and evaluations, on functions that papers take; the memetic one, without
