@@ -312,7 +312,7 @@ static void derivatives_are_those_of_differences(void **state)
 
 static void polish_only_improves(void **state)
 {
-    double x[VARIABLES], at[VARIABLES], was, is, check;
+    double x[VARIABLES], at[VARIABLES], was, is, unknown, check;
     int32_t film, i, v, cost, better = 0;
     (void)state;
     state_of_random = 6;
@@ -333,6 +333,9 @@ static void polish_only_improves(void **state)
             assert_memory_equal(x, at, sizeof(double) * (size_t)f.variables);
             cost = f.polish(f.user, at, &is, 20);
             assert_true(is <= was && cost > 0);
+            unknown = HUGE_VAL;
+            assert_int_equal(f.polish(f.user, x, &unknown, 20), cost + 1); /* for the value */
+            assert_true(unknown == is && memcmp(x, at, sizeof(double) * (size_t)f.variables) == 0);
             for (v = 0; v < f.variables; v++) assert_true(at[v] >= f.lower[v] && at[v] <= f.upper[v]);
             f.evaluate(f.user, at, 1, &check);
             assert_true(check == is);
