@@ -3776,32 +3776,35 @@ static void lensopt__ghost_reach(const lensopt_problem *p, const lflare_lens *le
     }
 }
 
-/* The least that two surfaces must be apart at their edge: what is asked for, as far as they are so in the middle. */
-static double lensopt__least_edge(const lensopt_problem *p, const lflare_surface *s)
+/* Two surfaces end where they would come nearer to each other than the least edge, as far as they are so far apart in the middle. */
+static void lensopt__trim_pair(lflare_surface *a, lflare_surface *b, double gap, double least)
 {
-    double least = s[0].is_stop || s[1].is_stop ? 0.5 * p->desc.air_edge : s->medium.kind == LFLARE_MEDIUM_AIR ? p->desc.air_edge : p->desc.glass_edge;
-    return fmin(least, 0.999 * s->thickness);
+    double lo = 0, hi = fmin(a->semi_diameter, b->semi_diameter);
+    int32_t step;
+    least = fmin(least, 0.999 * gap);
+    if (gap + lflare_sag(b, hi) - lflare_sag(a, hi) >= least) return;
+    for (step = 0; step < 60; step++) {
+        double r = 0.5 * (lo + hi);
+        if (gap + lflare_sag(b, r) - lflare_sag(a, r) >= least) lo = r;
+        else hi = r;
+    }
+    if (!a->is_stop) a->semi_diameter = fmin(a->semi_diameter, fmax(lo, 0.1));
+    if (!b->is_stop) b->semi_diameter = fmin(b->semi_diameter, fmax(lo, 0.1));
 }
 
-/* Surfaces end where they or the next one do: as far as both lie behind each other, by the least edge. */
+/* Surfaces end where they or their neighbours do; the stop, which is narrow, keeps none apart beyond its own radius. */
 static void lensopt__trim(const lensopt_problem *p, lflare_prescription *q)
 {
-    int32_t i, step;
+    int32_t i;
     for (i = 0; i < q->surface_count; i++) {
         lflare_surface *s = &q->surfaces[i];
         if (s->radius != 0 && !s->is_stop) s->semi_diameter = fmin(s->semi_diameter, 0.98 * fabs(s->radius));
     }
     for (i = 0; i + 1 < q->surface_count; i++) {
         lflare_surface *s = &q->surfaces[i];
-        double lo = 0, hi = fmin(s[0].semi_diameter, s[1].semi_diameter), least = lensopt__least_edge(p, s);
-        if (s[0].thickness + lflare_sag(&s[1], hi) - lflare_sag(&s[0], hi) >= least) continue;
-        for (step = 0; step < 60; step++) {
-            double r = 0.5 * (lo + hi);
-            if (s[0].thickness + lflare_sag(&s[1], r) - lflare_sag(&s[0], r) >= least) lo = r;
-            else hi = r;
-        }
-        if (!s[0].is_stop) s[0].semi_diameter = fmin(s[0].semi_diameter, fmax(lo, 0.1));
-        if (!s[1].is_stop) s[1].semi_diameter = fmin(s[1].semi_diameter, fmax(lo, 0.1));
+        int stop = s[0].is_stop || s[1].is_stop;
+        lensopt__trim_pair(&s[0], &s[1], s[0].thickness, stop ? 0 : s[0].medium.kind == LFLARE_MEDIUM_AIR ? p->desc.air_edge : p->desc.glass_edge);
+        if (s[1].is_stop && i + 2 < q->surface_count) lensopt__trim_pair(&s[0], &s[2], s[0].thickness + s[1].thickness, p->desc.air_edge);
     }
 }
 

@@ -668,7 +668,7 @@ static run search_ours(const task &t, const std::string &method, unsigned seed)
     desc.threads = THREADS;
     desc.seed = seed;
     limits.seconds = t.seconds;
-    limits.target = memetic ? 0 : 1e-12;
+    limits.target = memetic ? 1e-24 : 1e-12;
     r.x.resize(static_cast<size_t>(desc.function.variables));
     r.begin = now();
     watcher w = {&r, thesis.get(), HUGE_VAL, HUGE_VAL};
@@ -858,7 +858,7 @@ static checked check_lens(const lensopt_problem *p, const lensopt_problem_desc &
     lflare_prescription q;
     if (lensopt_problem_prescription(p, x.data(), &q, iris, nullptr) < 0 || lflare_lens_derive(&q, lens, nullptr) < 0) return c;
     const lflare_prescription &d = lens->prescription;
-    lflare_matrix m = lflare_system_matrix(lens, 510); /* the search's wavelength */
+    lflare_matrix m = lflare_system_matrix(lens, 587.5618); /* what the ranges are for */
     c.derived = true;
     c.efl = -1 / m.c;
     c.off_focus = d.surfaces[d.surface_count - 1].thickness + m.a / m.c;
@@ -981,7 +981,7 @@ static void constrained(const char *path, const std::vector<lensopt_light> &ligh
 static void part_constrained(const options &choice)
 {
     double seconds = choice.time > 0 ? choice.time : 60;
-    std::printf("EFL 80 to 120, focus within 0.1, f/10 to f/40, 60 to 200 mm long, edges of glass 0.5 and of air 0.05, as it is written; at 510 nm, by lflare_lens_derive of what was found\n");
+    std::printf("EFL 80 to 120, focus within 0.1, f/10 to f/40, 60 to 200 mm long, edges of glass 0.5 and of air 0.05, as it is written; at the d line, by lflare_lens_derive of what was found\n");
     for (const char *path : {"lenses/heliar-tronnier.lens", "lenses/tessar-100-28.lens"})
         for (unsigned seed = 1; seed <= static_cast<unsigned>(choice.seeds > 0 ? choice.seeds : 1); seed++) {
             constrained(path, lights_at({{5.45, 5.45}}), seconds, seed);

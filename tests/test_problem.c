@@ -401,8 +401,9 @@ static void constraints_hold(void **state)
         good += lens.efl > 98.5 && lens.efl < 102 && fabs(lens.bfd - q.surfaces[q.surface_count - 1].thickness) < 0.6;
         for (row = 0; row + 1 < q.surface_count; row++) { /* of the lens as it is written */
             const lflare_surface *s = &q.surfaces[row];
-            double rim = fmin(s[0].semi_diameter, s[1].semi_diameter), edge = s[0].thickness + lflare_sag(&s[1], rim) - lflare_sag(&s[0], rim);
-            if (!s[0].is_stop && !s[1].is_stop) assert_true(edge >= (s->medium.kind == LFLARE_MEDIUM_AIR ? 0.01 : 0.5) - 1e-6);
+            const lflare_surface *next = s[1].is_stop ? &s[2] : &s[1];
+            double rim = fmin(s->semi_diameter, next->semi_diameter), gap = s->thickness + (next > s + 1 ? s[1].thickness : 0), edge = gap + lflare_sag(next, rim) - lflare_sag(s, rim);
+            if (!s->is_stop) assert_true(edge >= (s->medium.kind == LFLARE_MEDIUM_AIR ? 0.01 : 0.5) - 1e-6);
         }
     }
     printf("           %d lenses, %d within their ranges\n", made, good);
