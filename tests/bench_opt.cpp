@@ -15,7 +15,7 @@
    Methods: seen, memetic, ranked (all three memetic; the objective is SEEN, MATCHED, THESIS), pso, jde, pagmo-pso, pagmo-sade (its jDE), and these two with -ring: with
    migration on a ring. Swarms and DE have 15 islands of 15 for each variable on both sides, begin evenly within the same bounds and minimise
    the same THESIS; pagmo's islands keep their memory, and do not migrate unless told so, as in the thesis. All run on two cores till the time is up or f is
-   1e-12. For every run build/bench_opt_*.csv holds best f over time; pictures=1 writes target and result, side by side, as build/bench_opt_*.pgm. */
+   1e-12 (the memetic search's own objective: 1e-24). For every run build/bench_opt_*.csv holds best f over time; pictures=1 writes target and result, side by side, as build/bench_opt_*.pgm. */
 #include <algorithm>
 #include <chrono>
 #include <cmath>

@@ -15,7 +15,7 @@
 
 enum { W = 1280, H = 720 };
 
-static int size_x = W, size_y = H; /* of what draw_both compares: a quarter of the target where a pixel takes llvmpipe long */
+static int size_x = W, size_y = H; /* of what draw_both compares: a part of the target where a pixel takes llvmpipe long */
 
 static gl_host context;
 static GLuint target, framebuffer;
