@@ -452,7 +452,8 @@ LENSOPT_API void lensopt_problem_free(lensopt_problem *problem); /* NULL is fine
 /* As what lensopt_search_create minimises; it points into the problem. Variables: the stop's place (the surface behind which it stands,
    from 0, and the fraction of that gap; the nearest air gap is taken) and radius, then of each surface curvature, index behind it (below the
    least of glass: air; of glasses from a list the nearest is meant, and polishing changes none) and gap, but for what is locked.
-   One evaluation of THESIS costs 0.15 to 0.2 us at 13 ghosts and 1.3 to 2 us at 171 if many are asked for at once; with others all ghosts are assigned, which takes as long as one or more steps of polishing. */
+   One evaluation of THESIS costs 0.15 to 0.2 us at 13 ghosts and 1.3 to 2 us at 171 if many are asked for at once; with others all ghosts are assigned,
+   which takes as long as one or more steps of polishing. */
 LENSOPT_API void lensopt_problem_function(lensopt_problem *problem, lensopt_function *out);
 
 /* The point of a lens: variables(problem) numbers, clamped to the bounds. LFLARE_ERROR_LENS where it has another number of surfaces. */
