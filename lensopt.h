@@ -426,7 +426,7 @@ typedef struct lensopt_problem_desc {
     const lensopt_target *target;     /* copied; spots that no light or ghost gives a weight, and ghosts of no spot, ask for nothing */
     const lflare_prescription *base;  /* copied; what locks speak of; NULL: from scratch, and no locks */
     lensopt_objective objective;
-    int32_t surfaces;                 /* without the stop; 0: the base's, or as few as have so many ghosts (Van Acoleyen 2025, eq. 5.5) */
+    int32_t surfaces;                 /* without the stop; 0: the base's, or as the spots tell, or as few as have so many ghosts (Van Acoleyen 2025, eq. 5.5) */
     int32_t keep_order;               /* 1: which gaps are air stays as in the base */
     double iris;                      /* radius on the stop plane of the base; 0: its full opening */
     double pupil;                     /* clear radius of the entrance, mm; 0: 100, so that the iris shapes the ghosts */
@@ -451,9 +451,13 @@ typedef struct lensopt_problem lensopt_problem;
 /* 0.5 MB. Of lenses the paraxial ones at 510 nm: each numbers' point within the bounds is one. LFLARE_ERROR_ARGUMENT names what is contradictory.
    Where most spots of a light are those of one lens of so many surfaces, to 1e-6, whichever that is and in whatever order, they give it away (room 7): half of the points
    that the function's sample then gives are lenses with just these spots, many different ones, since a light tells two of a surface's three numbers. Not
-   where radii, gaps or the stop are locked, nor for more than 512 spots or with `blind`. That takes 0.05 s and 0.7 MB for 171 spots, 0.6 s and 6 MB for 500. */
+   where radii, gaps or the stop are locked, nor for more than 512 spots or with `blind`. That takes 0.05 s and 0.7 MB for 171 spots, up to 1 s and 6 MB for 500. */
 LENSOPT_API lflare_result lensopt_problem_create(const lensopt_problem_desc *desc, lensopt_problem **out, lflare_error *error);
 LENSOPT_API void lensopt_problem_free(lensopt_problem *problem); /* NULL is fine */
+
+/* Whether lenses are read from the spots: 1, and what the spots tell: how many surfaces there are in front of the stop and behind it, and the focal length at 510 nm,
+   as far as the light is in focus. 0: they are not. */
+LENSOPT_API int32_t lensopt_problem_reading(const lensopt_problem *problem, int32_t *front, int32_t *behind, double *efl);
 
 /* As what lensopt_search_create minimises; it points into the problem. Variables: the stop's place (the surface behind which it stands,
    from 0, and the fraction of that gap; the nearest air gap is taken) and radius, then of each surface curvature, index behind it (below the
@@ -2637,16 +2641,19 @@ static void lensopt__read_three(const lensopt__reading *r, int32_t i, int32_t j,
     }
 }
 
-/* Up to three surfaces on the other side of the stop, too few for clusters: their ghosts still say most of what they are. 0: there are more, or no such ghosts. */
+/* Up to three surfaces on the other side of the stop, too few for clusters: their ghosts still say most of what they are. surfaces 0: as many as there
+   must be. 0: there are more, or no such ghosts. */
 static int lensopt__find_few(lensopt__reading *r, int32_t surfaces)
 {
     lensopt__mirrors *m = r->out;
     int32_t spots[LENSOPT__READINGS], left, i, j, k, front = m->count[1] == 0;
-    m->few = surfaces - m->count[0] - m->count[1];
+    left = lensopt__unexplained(r, spots);
+    if (surfaces > 0) m->few = surfaces - m->count[0] - m->count[1];
+    else if (m->count[front] > 0 || left == 0) m->few = 0;
+    else m->few = left == 1 ? 2 : left == 3 ? 3 : 4 * left < r->count ? 0 : -1;
     m->few_front = front;
     if (m->few == 0) return 1;
     if (m->few < 0 || m->few > 3 || m->count[front] > 0) return 0;
-    left = lensopt__unexplained(r, spots);
     for (i = 0; i < left && m->few == 2; i++) m->few_rows[m->few_ways++][0] = lensopt__spot_row(r, spots[i], front, 1);
     for (i = 0; i < left && m->few == 3; i++)
         for (j = 0; j < left; j++)
@@ -2655,7 +2662,20 @@ static int lensopt__find_few(lensopt__reading *r, int32_t surfaces)
     return m->few == 1 || m->few_ways > 0;
 }
 
-/* Reads the spots. out->usable: whether all surfaces are known that a lens of so many has. */
+/* Whether mirrors explain more than they are themselves, 2 numbers each, h and e, and enough of their ghosts are there: spots in regular rows have many
+   equal cross products, too, and mirrors that explain them, with as many ghosts besides. */
+static int lensopt__convinces(lensopt__reading *r, int32_t surfaces)
+{
+    const lensopt__mirrors *m = r->out;
+    int32_t spots[LENSOPT__READINGS], i, explained = 0, mirrors = m->count[0] + m->count[1];
+    int32_t ghosts = lensopt__pairs_of(m->count[0]) + lensopt__pairs_of(m->count[1]);
+    if (mirrors == 0) return 0;
+    lensopt__unexplained(r, spots);
+    for (i = 0; i < r->count; i++) explained += r->explained[i];
+    return explained >= mirrors + 2 && 10 * explained >= (surfaces > 0 ? 4 : 6) * ghosts;
+}
+
+/* Reads the spots. out->usable: whether all surfaces are known that a lens of so many (0: any number) has. */
 static void lensopt__read_mirrors(lensopt__reading *r, int32_t surfaces)
 {
     lensopt__mirrors *m = r->out;
@@ -2669,7 +2689,7 @@ static void lensopt__read_mirrors(lensopt__reading *r, int32_t surfaces)
         m->count[front] = lensopt__find_group(r, front, m->group[front]);
         lensopt__order_group(r, front);
     }
-    m->usable = m->count[0] + m->count[1] > 0 && lensopt__find_few(r, surfaces);
+    m->usable = lensopt__convinces(r, surfaces) && lensopt__find_few(r, surfaces);
 }
 
 /* The light with a slope that has the most spots; -1: none has. */
@@ -2694,14 +2714,14 @@ static int lensopt__is_free(const lensopt_problem *p)
     return numbers == 2 * p->surfaces && p->place_of >= 0 && p->iris_of >= 0;
 }
 
-/* 0: no memory. */
-static int lensopt__find_mirrors(lensopt_problem *p)
+/* Reads the target's spots as those of a lens of so many surfaces, or (0) any number. 0: no memory. */
+static int lensopt__find_mirrors(lensopt_problem *p, int32_t surfaces)
 {
     lensopt__reading *r;
     double *spots;
     size_t size;
     int32_t count, g, i, light = lensopt__light_to_read(p, &count);
-    if (light < 0 || count > LENSOPT__MOST_READ || p->desc.blind || !lensopt__is_free(p)) return 1;
+    if (light < 0 || count > LENSOPT__MOST_READ || p->desc.blind) return 1;
     size = sizeof *r + sizeof(lensopt__crossing) * (size_t)count * (size_t)(count - 1) + 2 * sizeof(double) * (size_t)count;
     r = (lensopt__reading *)p->desc.allocate(p->desc.allocate_user, NULL, 0, size);
     if (r == NULL) return 0;
@@ -2721,7 +2741,7 @@ static int lensopt__find_mirrors(lensopt_problem *p)
     r->radius = spots + count;
     r->out = &p->mirrors;
     r->blur = 0.01 * sqrt(p->target.sensor_width * p->target.sensor_width + p->target.sensor_height * p->target.sensor_height);
-    for (r->exact = 1e-10; r->exact < 2e-6 && !p->mirrors.usable; r->exact *= 100) lensopt__read_mirrors(r, p->surfaces);
+    for (r->exact = 1e-10; r->exact < 2e-6 && !p->mirrors.usable; r->exact *= 100) lensopt__read_mirrors(r, surfaces);
     p->mirrors.slope = p->slopes[light];
     p->desc.allocate(p->desc.allocate_user, r, size, 0);
     return 1;
@@ -4449,9 +4469,12 @@ static lflare_result lensopt__problem_fill(lensopt_problem *p, const lensopt_pro
     if (result == LFLARE_OK) result = lensopt__goals(p, error);
     if (result == LFLARE_OK && desc->base != NULL) result = lensopt__problem_base(p, error);
     if (result != LFLARE_OK) return result;
+    if (!lensopt__find_mirrors(p, desc->base != NULL ? p->surfaces : desc->surfaces)) return lensopt__fail(error, LFLARE_ERROR_MEMORY, "no memory to compare %i spots with each other", p->goals);
     if (desc->base == NULL) {
         if (p->desc.keep_order) return lensopt__fail(error, LFLARE_ERROR_ARGUMENT, "keep_order: a base was expected, whose order it is");
-        p->surfaces = p->desc.surfaces != 0 ? p->desc.surfaces : lensopt__surfaces_for(p->goals);
+        if (p->desc.surfaces != 0) p->surfaces = p->desc.surfaces;
+        else if (p->mirrors.usable) p->surfaces = p->mirrors.count[0] + p->mirrors.count[1] + p->mirrors.few;
+        else p->surfaces = lensopt__surfaces_for(p->goals);
         if (p->surfaces == 0) return lensopt__fail(error, LFLARE_ERROR_LIMIT, "a target of at most 992 ghosts was expected, not %i: more than 64 surfaces have", p->goals);
         p->fixed.surfaces = p->surfaces;
         p->fixed.n[p->surfaces - 1] = 1;
@@ -4463,7 +4486,7 @@ static lflare_result lensopt__problem_fill(lensopt_problem *p, const lensopt_pro
     p->desc.base = desc->base != NULL ? &p->base : NULL;
     lensopt__variables(p);
     if (p->variables == 0) return lensopt__fail(error, LFLARE_ERROR_ARGUMENT, "everything is locked: at least one number that may change was expected");
-    if (!lensopt__find_mirrors(p)) return lensopt__fail(error, LFLARE_ERROR_MEMORY, "no memory to compare %i spots with each other", p->goals);
+    p->mirrors.usable = p->mirrors.usable && lensopt__is_free(p);
     return LFLARE_OK;
 }
 
@@ -4487,6 +4510,17 @@ LENSOPT_API lflare_result lensopt_problem_create(const lensopt_problem_desc *des
 LENSOPT_API void lensopt_problem_free(lensopt_problem *p)
 {
     if (p != NULL) p->desc.allocate(p->desc.allocate_user, p, sizeof *p, 0);
+}
+
+LENSOPT_API int32_t lensopt_problem_reading(const lensopt_problem *p, int32_t *front, int32_t *behind, double *efl)
+{
+    const lensopt__mirrors *m;
+    if (p == NULL || front == NULL || behind == NULL || efl == NULL || !p->mirrors.usable) return 0;
+    m = &p->mirrors;
+    *front = m->count[1] + (m->few_front ? m->few : 0);
+    *behind = m->count[0] + (m->few_front ? 0 : m->few);
+    *efl = m->chief / m->slope;
+    return 1;
 }
 
 /* -- points and lenses -- */

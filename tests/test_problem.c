@@ -676,7 +676,8 @@ static void edited_spots_tell_it_too(void **state)
         lensopt_function function;
         lflare_error error;
         uint64_t random = 21;
-        int32_t g, i, k = 0, moved = 0, most = 0, n;
+        double efl;
+        int32_t g, i, k = 0, moved = 0, most = 0, n, front, behind;
         lensopt_problem_free(own_target(canon, LENSOPT_SEEN, 5.45, 1, own));
         for (g = 0; g < target.ghost_count; g++) {
             lensopt_goal *goal = &target.ghosts[g].goals[0];
@@ -693,8 +694,9 @@ static void edited_spots_tell_it_too(void **state)
         target.ghost_count = k;
         memset(&desc, 0, sizeof desc);
         desc.target = &target;
-        desc.surfaces = 27; /* from scratch */
-        assert_int_equal(lensopt_problem_create(&desc, &problem, &error), LFLARE_OK);
+        assert_int_equal(lensopt_problem_create(&desc, &problem, &error), LFLARE_OK); /* from scratch; how many surfaces the spots tell */
+        assert_int_equal(lensopt_problem_reading(problem, &front, &behind, &efl), 1);
+        assert_true(front == 15 && behind == 12 && fabs(efl / lens.efl - (way == 2 ? 1.1 : 1)) < 0.003);
         lensopt_problem_function(problem, &function);
         for (i = 0; i < 400 && most < k - moved - 2; i++) {
             function.sample(function.user, &random, one);
@@ -721,7 +723,8 @@ static void readings_keep_what_is_asked(void **state)
     lensopt_function function;
     lflare_error error;
     uint64_t one = 9, two = 9;
-    int32_t way, i;
+    double efl;
+    int32_t way, i, front, behind;
     (void)state;
     for (i = 0; i < 8; i++) glasses[i] = abbe_glass(1.5 + 0.05 * i, 60 - 4 * i, "");
     for (way = 0; way < 4; way++) {
@@ -736,6 +739,7 @@ static void readings_keep_what_is_asked(void **state)
         if (way == 3) desc.glasses = glasses, desc.glass_count = 8;
         assert_int_equal(lensopt_problem_create(&desc, &problem, &error), LFLARE_OK);
         lensopt_problem_function(problem, &function);
+        assert_int_equal(lensopt_problem_reading(problem, &front, &behind, &efl), way >= 2);
         i = readings(&function, SAMPLES, x, &best);
         printf("           %d of %d, f %.1e\n", i, (int)SAMPLES, best);
         assert_true(way < 2 ? i == 0 && best > 1e-3 : i > 0);
