@@ -194,7 +194,7 @@ typedef struct optimize_options { /* of flare optimize; 0 or NULL: not asked for
     const char *base, *resume, *checkpoint, *picture, *glasses;
     lensopt_method method;
     lensopt_objective objective;
-    int scratch, keep_order, surfaces, threads, top, has_seed;
+    int scratch, keep_order, blind, surfaces, threads, top, has_seed;
     int64_t evaluations;
     double time, goal, focus, edges[2];
     lensopt_range efl, back_focus, length, fstop;
@@ -331,7 +331,8 @@ static const struct { const char *name; size_t at; } text_options[] = {{"-o", AT
 
 static const struct { const char *name; size_t at; int value; } flag_options[] = {
     {"--json", AT(json), 1},           {"--csv", AT(csv), 1},        {"--ghosts-only", AT(ghosts_only), 1}, {"--across-stop", AT(paths.across_stop), 1},
-    {"--four", AT(paths.four), FOUR},  {"--scratch", AT(optimize.scratch), 1}, {"--keep-order", AT(optimize.keep_order), 1}};
+    {"--four", AT(paths.four), FOUR},  {"--scratch", AT(optimize.scratch), 1}, {"--keep-order", AT(optimize.keep_order), 1},
+    {"--blind", AT(optimize.blind), 1}};
 
 #define COUNT(table) (sizeof(table) / sizeof(table)[0])
 

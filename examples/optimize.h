@@ -5,13 +5,14 @@ static const char help_optimize[] =
     "  flare optimize TARGET [--base LENS [--fnumber N] [--keep-order] | --scratch [--surfaces N]] -o BEST.lens [--top K]\n"
     "                [--algorithm memetic|pso|jde|de] [--objective seen|matched|thesis] [--time S] [--evaluations N] [--goal F]\n"
     "                [--threads N] [--seed N] [--checkpoint FILE] [--resume FILE] [--picture FILE.png] [--efl LO,HI] [--back-focus LO,HI]\n"
-    "                [--length LO,HI] [--fstop LO,HI] [--focus MM] [--edges GLASS[,AIR]] [--glasses all|MAKER[,MAKER...]]\n"
+    "                [--length LO,HI] [--fstop LO,HI] [--focus MM] [--edges GLASS[,AIR]] [--glasses all|MAKER[,MAKER...]] [--blind]\n"
     "      a lens searched whose flare comes near to a target (flare target), from a lens or from scratch (the default; as few surfaces as will do,\n"
-    "      or N without the stop), until S seconds have passed (60, unless evaluations are limited), after N evaluations, or at a value of F or less\n"
+    "      or N without the stop; spots of one lens tell how many, and it, unless --blind), until S seconds have passed (60, unless evaluations are limited), after N evaluations, or at a value of F or less\n"
     "      (1e-16 where time alone is limited and one lens asked for).\n"
     "      Prints what was wanted and what was got. Ctrl-C or SIGTERM ends it: the best so far is written, the exit status is 130\n"
     "      --fnumber: of the target's iris in LENS; --keep-order: what is air there stays air. The target's locks hold for LENS, too\n"
-    "      --top: also BEST-2.lens to BEST-K.lens, the next best whose spots differ from those of all better ones by 1 % or more\n"
+    "      --top: also BEST-2.lens to BEST-K.lens, the next best whose spots differ from those of all better ones by 1 % or more, or else whose surfaces\n"
+    "      differ by 3 % of their ranges\n"
     "      --objective: seen, what shows on the frame, all lights (the value's root is a mean relative difference); matched and thesis: mm^2 at\n"
     "      the first light\n"
     "      --checkpoint: the search as it stands, every 10 s and at the end; --resume goes on from there, with the same target and options\n"
@@ -112,6 +113,7 @@ typedef struct optimize_spot {
 /* One of the lenses found. */
 typedef struct optimize_found {
     double f, iris, fnumber;
+    const double *x;             /* its point */
     optimize_spot *spots;        /* of ghost g at light l: spots[l * ghosts + g] */
     lensopt_shown *shown;        /* all, at the first light */
     lensopt_spot *real;          /* the same with rims */
@@ -133,6 +135,7 @@ typedef struct optimize_job {
     uint8_t *state;
     size_t state_size;
     lensopt_progress last;
+    double *points;              /* the best, when it has ended */
 } optimize_job;
 
 static void optimize_read_target(const char *path, lensopt_target *t)
@@ -197,6 +200,7 @@ static void optimize_create(optimize_job *job)
     d.objective = s->objective;
     d.surfaces = s->surfaces;
     d.keep_order = s->keep_order;
+    d.blind = s->blind;
     d.efl = s->efl;
     d.back_focus = s->back_focus;
     d.length = s->length;
@@ -430,6 +434,7 @@ static optimize_found *optimize_take(const optimize_job *job, const double *x, d
         return NULL;
     }
     f->f = value;
+    f->x = x;
     f->fnumber = fabs(f->lens.stop_a11) * f->lens.efl / (2 * f->iris);
     f->spots = (optimize_spot *)allocate((size_t)(job->lights * job->target.ghost_count), sizeof *f->spots);
     for (l = 0; l < job->lights; l++) {
@@ -481,24 +486,37 @@ static double optimize_distance(const optimize_job *job, const optimize_found *a
     return n > 0 ? sqrt(sum / n) : 0;
 }
 
+/* Between two lenses themselves: root mean square of their numbers' differences, in their ranges. */
+static double optimize_unlikeness(const optimize_job *job, const optimize_found *a, const optimize_found *b)
+{
+    const lensopt_function *f = &job->function;
+    int32_t i;
+    double sum = 0;
+    for (i = 0; i < f->variables; i++) {
+        double d = f->upper[i] > f->lower[i] ? (a->x[i] - b->x[i]) / (f->upper[i] - f->lower[i]) : 0;
+        sum += d * d;
+    }
+    return sqrt(sum / f->variables);
+}
+
 /* The best lenses, each unlike all better ones; how many. */
-static int optimize_collect(const optimize_job *job, optimize_found **found)
+static int optimize_collect(optimize_job *job, optimize_found **found)
 {
     enum { POINTS = 500 };
     int n = job->function.variables, count = 0, k;
-    double *x = (double *)allocate((size_t)n * POINTS, sizeof *x), f[POINTS];
+    double f[POINTS];
     int32_t points = POINTS, i;
     lflare_error error;
-    lensopt_search_points(job->search, x, f, &points);
+    job->points = (double *)allocate((size_t)n * POINTS, sizeof *job->points);
+    lensopt_search_points(job->search, job->points, f, &points);
     error.text[0] = 0;
     for (i = 0; i < points && count < job->o->optimize.top; i++) {
-        optimize_found *next = optimize_take(job, x + (size_t)i * (size_t)n, f[i], &error);
+        optimize_found *next = optimize_take(job, job->points + (size_t)i * (size_t)n, f[i], &error);
         if (next == NULL) continue;
-        for (k = 0; k < count && optimize_distance(job, found[k], next) >= 0.01; k++) {}
+        for (k = 0; k < count && (optimize_distance(job, found[k], next) >= 0.01 || optimize_unlikeness(job, found[k], next) >= 0.03); k++) {}
         if (k == count) found[count++] = next;
         else optimize_free(next);
     }
-    free(x);
     if (count == 0 && points > 0) complain("flare optimize: none of the %d best points makes a lens: %s", (int)points, error.text);
     return count;
 }
@@ -725,23 +743,27 @@ static void optimize_report(const optimize_job *job, optimize_found **found, int
 {
     const optimize_options *s = &job->o->optimize;
     char a[24], b[24];
+    double efl;
+    int32_t front, behind;
     int i;
     optimize_print_lens(job, found[0], 1);
     printf("objective %s %.6g\n", optimize_objectives[s->objective], found[0]->f);
     printf("found     %s, %lld evaluations, %s restarts, %.1f s, %s/s: %s\n", optimize_methods[s->method], (long long)job->last.evaluations, optimize_count((double)job->last.restarts, a),
            job->last.seconds, optimize_count((double)(job->last.evaluations - job->evaluations_before) / fmax(job->last.seconds, 1e-3), b), optimize_ended(job));
+    if (lensopt_problem_reading(job->problem, &front, &behind, &efl))
+        printf("read      the spots are those of lenses of %d surfaces in front of the stop and %d behind it, EFL %.2f mm\n", (int)front, (int)behind, efl);
     optimize_table(job, found[0]);
     if (s->top > 1) printf("\n");
     for (i = 1; i < count; i++) optimize_print_lens(job, found[i], i + 1);
     if (s->base == NULL && optimize_locked(&job->target)) printf("note      the target's locks say nothing without --base\n");
-    if (count < s->top) printf("top       %d lens%s found whose spots differ by 1 %% or more, not %d\n", count, count == 1 ? "" : "es", s->top);
+    if (count < s->top) printf("top       %d lens%s found whose spots or surfaces differ, not %d\n", count, count == 1 ? "" : "es", s->top);
 }
 
 static int command_optimize(int argc, char **argv)
 {
     static optimize_job job;
     options o = parse(argc, argv,
-                      " -o --base --scratch --surfaces --algorithm --objective --time --evaluations --goal --threads --seed --top --resume --checkpoint --fnumber --keep-order"
+                      " -o --base --scratch --surfaces --algorithm --objective --time --evaluations --goal --threads --seed --top --resume --checkpoint --fnumber --keep-order --blind"
                       " --efl --back-focus --length --fstop --focus --edges --picture --glasses ", 1);
     optimize_found *found[100];
     int count, i, stopped;
@@ -766,6 +788,7 @@ static int command_optimize(int argc, char **argv)
     if (stopped) fprintf(stderr, "flare: interrupted; the best so far is in %s\n", o.out);
     for (i = 0; i < count; i++) optimize_free(found[i]);
     free(job.state);
+    free(job.points);
     lensopt_search_free(job.search);
     lensopt_problem_free(job.problem);
     i = finish();
