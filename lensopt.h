@@ -462,7 +462,7 @@ LENSOPT_API int32_t lensopt_problem_reading(const lensopt_problem *problem, int3
 /* As what lensopt_search_create minimises; it points into the problem. Variables: the stop's place (the surface behind which it stands,
    from 0, and the fraction of that gap; the nearest air gap is taken) and radius, then of each surface curvature, index behind it (below the
    least of glass: air; of glasses from a list the nearest is meant, and polishing changes none) and gap, but for what is locked. A sample takes 1 us, or up to
-   10 ms where lenses are read from the spots.
+   20 ms where lenses are read from the spots.
    One evaluation of THESIS costs 0.15 to 0.2 us at 13 ghosts and 1.3 to 2 us at 171 if many are asked for at once; with others all ghosts are assigned,
    which takes as long as one or more steps of polishing. */
 LENSOPT_API void lensopt_problem_function(lensopt_problem *problem, lensopt_function *out);
@@ -2754,7 +2754,9 @@ typedef struct lensopt__build {
     uint64_t *random;
     int32_t stop;                                   /* the surface in front of it; -1: none is */
     int32_t left;                                   /* surfaces that may still be tried */
-    lensopt__mirror mirror[LENSOPT_MAX_SEARCHED];   /* of surface i */
+    lensopt__mirror mirror[2][LENSOPT_MAX_SEARCHED];
+    uint64_t after[2][LENSOPT_MAX_SEARCHED];        /* bits: which others stand behind it */
+    int32_t at[LENSOPT_MAX_SEARCHED];               /* the mirror that surface i is */
     double slope[2];                                /* at the sensor, of the chief and the marginal ray */
     double off[2];                                  /* what the light that comes in lacks: the marginal ray's slope over its height, the chief ray's slope */
     lensopt__design design;
@@ -2786,53 +2788,52 @@ static void lensopt__draw_few(const lensopt__mirrors *m, uint64_t *random, lenso
     }
 }
 
-/* A group's mirrors in an order that is all right with what is known of it. */
-static void lensopt__draw_order(const lensopt__mirrors *m, int32_t front, uint64_t *random, lensopt__mirror *out)
+/* As rays see it: the transposed of what is read from rows against the marginal ray and the sensor. */
+static lensopt__mirror lensopt__transposed(const lensopt__mirrors *m, lensopt__mirror one)
 {
-    int32_t count = m->count[front], at, i, k;
-    uint64_t left = count == 64 ? ~(uint64_t)0 : ((uint64_t)1 << count) - 1;
-    for (at = 0; at < count; at++) {
-        uint64_t behind = 0, first;
-        for (i = 0; i < count; i++)
-            if (left >> i & 1) behind |= m->ahead[front][i];
-        first = (left & ~behind) != 0 ? left & ~behind : left;
-        for (i = 0, k = 0; i < count; i++) k += (int32_t)(first >> i & 1);
-        k = (int32_t)(lensopt_random(random) * k);
-        for (i = 0; !(first >> i & 1) || k-- > 0; i++) {}
-        out[at] = m->group[front][i];
-        left &= ~((uint64_t)1 << i);
-    }
+    lensopt__square rows = {0, 1, 1, 0};
+    lensopt__mirror out;
+    rows.a = -m->marginal;
+    one = lensopt__seen_through(rows, one);
+    out.a = one.a;
+    out.b = one.c;
+    out.c = one.b;
+    return out;
 }
 
-/* The mirrors in the surfaces' order. With the other sign, which no ghost tells, a group's vertices are its centres of curvature, and the other way round. */
+/* The mirrors of both groups, and what is known of their order. With the other sign, which no ghost tells, a group's vertices are its centres of
+   curvature, and the other way round. */
 static void lensopt__line_up(lensopt__build *b)
 {
     const lensopt__mirrors *m = &b->p->mirrors;
-    lensopt__mirror group[LENSOPT_MAX_SEARCHED];
-    int32_t front, i, at = 0;
-    memset(group, 0, sizeof group); /* where none can be drawn: it fits nowhere */
-    for (front = 1; front >= 0; front--) {
+    int32_t front, i, j;
+    for (front = 0; front < 2; front++) {
         int32_t some = m->few > 0 && m->few_front == front, count = some ? m->few : m->count[front];
         double sign = lensopt__either_sign(b->random);
-        if (some) lensopt__draw_few(m, b->random, group);
-        else lensopt__draw_order(m, front, b->random, group);
+        lensopt__mirror few[3];
+        memset(few, 0, sizeof few); /* where none can be drawn: it fits nowhere */
+        if (some) lensopt__draw_few(m, b->random, few);
         if (front) b->stop = count - 1;
-        for (i = 0; i < count; i++, at++) {
-            lensopt__mirror one = group[front ? count - 1 - i : i];
-            if (front) { /* the transposed, of rows against the marginal ray and the sensor */
-                lensopt__square rows = {0, 1, 1, 0};
-                double swap;
-                rows.a = -m->marginal;
-                one = lensopt__seen_through(rows, one);
-                swap = one.b;
-                one.b = one.c;
-                one.c = swap;
+        for (i = 0; i < count; i++) {
+            lensopt__mirror one = some ? few[i] : m->group[front][i];
+            if (front) one = lensopt__transposed(m, one);
+            b->mirror[front][i].a = sign * one.a;
+            b->mirror[front][i].b = sign * one.b;
+            b->mirror[front][i].c = sign * one.c;
+            b->after[front][i] = 0;
+            for (j = 0; j < count; j++) { /* those in front of the stop are read the other way round */
+                uint64_t first = some ? front ? j < i : j > i : front ? m->ahead[1][j] >> i & 1 : m->ahead[0][i] >> j & 1;
+                b->after[front][i] |= first << j;
             }
-            b->mirror[at].a = sign * one.a;
-            b->mirror[at].b = sign * one.b;
-            b->mirror[at].c = sign * one.c;
         }
     }
+}
+
+/* All of a group, as bits. */
+static uint64_t lensopt__everyone(const lensopt__build *b, int front)
+{
+    int32_t count = front ? b->stop + 1 : b->p->surfaces - b->stop - 1;
+    return count > 0 ? ~(uint64_t)0 >> (64 - count) : 0;
 }
 
 static int lensopt__stop_in(lensopt__build *b, const lensopt__square *q, double *behind)
@@ -2846,7 +2847,7 @@ static int lensopt__stop_in(lensopt__build *b, const lensopt__square *q, double 
 static int lensopt__stand(lensopt__build *b, int32_t i, lensopt__square *q)
 {
     const lensopt__limits *l = &b->p->limits[i];
-    lensopt__mirror m = lensopt__seen_through(*q, b->mirror[i]);
+    lensopt__mirror m = lensopt__seen_through(*q, b->mirror[i <= b->stop][b->at[i]]);
     double n = b->design.n[i], tau = -m.b / (1 + m.a), behind, d = n * tau, c = -m.c / (2 * n);
     const lensopt_range *r = n == 1 ? &l->air_gap : &l->glass_gap;
     int ok = lensopt__within(d, r->lo, r->hi) && fabs(c) <= fmax(1 / b->p->desc.least_radius, fabs(b->p->fixed.c[i]));
@@ -2900,8 +2901,10 @@ static double lensopt__draw_index(const lensopt__build *b, int32_t i, int air)
     return p->limits[i].index.lo + (p->limits[i].index.hi - p->limits[i].index.lo) * lensopt_random(b->random);
 }
 
-/* Surface i and all in front of it, the index behind it being known. */
-static int lensopt__build_from(lensopt__build *b, int32_t i, lensopt__square q)
+static int lensopt__build_from(lensopt__build *b, int32_t i, lensopt__square q, uint64_t left);
+
+/* Mirror b->at[i] as surface i, the index behind it being known, and all in front of it; left: which others of its group are. */
+static int lensopt__build_on(lensopt__build *b, int32_t i, lensopt__square q, uint64_t left)
 {
     int32_t t, air = (int32_t)(3 * lensopt_random(b->random));
     if (b->left-- <= 0 || !lensopt__stand(b, i, &q)) return 0;
@@ -2910,12 +2913,26 @@ static int lensopt__build_from(lensopt__build *b, int32_t i, lensopt__square q)
         if (i > 0) b->design.n[i - 1] = lensopt__draw_index(b, i - 1, t == air);
         if (i > 0 ? b->design.n[i - 1] == 0 || b->design.n[i - 1] == b->design.n[i] : b->design.n[0] == 1) continue;
         lensopt__pass(b, i, &next);
-        if (i == 0 ? lensopt__come_in(b, &next) : lensopt__build_from(b, i - 1, next)) return 1;
+        if (i == 0 ? lensopt__come_in(b, &next) : lensopt__build_from(b, i - 1, next, i - 1 == b->stop ? lensopt__everyone(b, 1) : left)) return 1;
     }
     return 0;
 }
 
-/* The same with indices as they are: whether it is within the bounds. */
+/* Any of the mirrors that are left, that none which is left stands behind. */
+static int lensopt__build_from(lensopt__build *b, int32_t i, lensopt__square q, uint64_t left)
+{
+    const uint64_t *after = b->after[i <= b->stop];
+    int32_t first = (int32_t)(64 * lensopt_random(b->random)), c;
+    for (c = 0; c < 64; c++) {
+        int32_t k = (first + c) & 63;
+        if (!(left >> k & 1) || (after[k] & left) != 0) continue;
+        b->at[i] = k;
+        if (lensopt__build_on(b, i, q, left & ~((uint64_t)1 << k))) return 1;
+    }
+    return 0;
+}
+
+/* The same with mirrors and indices as they are: whether it is within the bounds. */
 static int lensopt__rebuild(lensopt__build *b, double chief, double marginal)
 {
     lensopt__square q;
@@ -2957,7 +2974,7 @@ static int lensopt__aim(lensopt__build *b)
 /* A lens whose ghosts are the spots that the mirrors are read from; of up to four the one that is most of a lens. 0: none was found among so many tries. */
 static int lensopt__build_lens(const lensopt_problem *p, uint64_t *random, lensopt__design *out)
 {
-    enum { SURFACES = 200000, SLOPES = 64, LENSES = 4 }; /* 10 ms */
+    enum { SURFACES = 200000, SLOPES = 64, LENSES = 4 }; /* 10 to 20 ms */
     lensopt__build b;
     double best = HUGE_VAL;
     int32_t k, found = 0;
@@ -2974,7 +2991,7 @@ static int lensopt__build_lens(const lensopt_problem *p, uint64_t *random, lenso
             b.slope[0] = lensopt_random(random) - 0.5;
             b.slope[1] = lensopt__either_sign(random) * 0.003 * pow(100, lensopt_random(random));
             b.left = some;
-            built = lensopt__build_from(&b, p->surfaces - 1, lensopt__at_sensor(&b));
+            built = lensopt__build_from(&b, p->surfaces - 1, lensopt__at_sensor(&b), lensopt__everyone(&b, b.stop == p->surfaces - 1));
             b.left += most - some;
             if (!built || !lensopt__aim(&b)) continue;
             penalty = lensopt__penalty(p, &b.design);
