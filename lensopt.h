@@ -2971,19 +2971,17 @@ static int lensopt__aim(lensopt__build *b)
     return lensopt__rebuild(b, x, y) && fabs(b->off[0]) < 1e-9 && fabs(b->off[1]) < 1e-9;
 }
 
-/* A lens whose ghosts are the spots that the mirrors are read from; of up to four the one that is most of a lens. 0: none was found among so many tries. */
+/* A lens whose ghosts are the spots that the mirrors are read from. 0: none was found among so many tries. */
 static int lensopt__build_lens(const lensopt_problem *p, uint64_t *random, lensopt__design *out)
 {
-    enum { SURFACES = 200000, SLOPES = 64, LENSES = 4 }; /* 10 to 20 ms */
+    enum { SURFACES = 200000, SLOPES = 64 }; /* 10 to 20 ms */
     lensopt__build b;
-    double best = HUGE_VAL;
-    int32_t k, found = 0;
+    int32_t k;
     b.p = p;
     b.random = random;
-    for (b.left = SURFACES; b.left > 0 && found < (p->constrained ? LENSES : 1);) {
+    for (b.left = SURFACES; b.left > 0;) {
         lensopt__line_up(&b);
         for (k = 0; k < SLOPES; k++) {
-            double penalty;
             int32_t most = b.left, some = most < 2000 ? most : 2000, built;
             b.design = p->fixed;
             b.design.n[p->surfaces - 1] = 1;
@@ -2994,14 +2992,11 @@ static int lensopt__build_lens(const lensopt_problem *p, uint64_t *random, lenso
             built = lensopt__build_from(&b, p->surfaces - 1, lensopt__at_sensor(&b), lensopt__everyone(&b, b.stop == p->surfaces - 1));
             b.left += most - some;
             if (!built || !lensopt__aim(&b)) continue;
-            penalty = lensopt__penalty(p, &b.design);
-            found++;
-            if (penalty >= best) continue;
-            best = penalty;
             *out = b.design;
+            return 1;
         }
     }
-    return best < HUGE_VAL;
+    return 0;
 }
 
 /* >> 8 assignment */
@@ -4340,16 +4335,30 @@ static double lensopt__sample_number(const lensopt_problem *p, int32_t v, const 
     }
 }
 
+/* The best of a few lenses that are read from the spots: one may not be read for what bounds it, and not all are what is asked for. 0: there is none. */
+static int lensopt__sample_read(lensopt_problem *p, uint64_t *random, double *x)
+{
+    enum { LENSES = 6 };
+    double one[LENSOPT_MAX_VARIABLES], f, best = HUGE_VAL;
+    lensopt__design d;
+    int32_t k, found = 0;
+    for (k = 0; k < LENSES && best > 1e-15 && lensopt__build_lens(p, random, &d); k++) {
+        lensopt__encode(p, &d, one);
+        lensopt__lens_evaluate(p, one, 1, &f);
+        if (found && !(f < best)) continue;
+        found = 1;
+        best = f;
+        memcpy(x, one, sizeof *x * (size_t)p->variables);
+    }
+    return found;
+}
+
 /* As lenses are: most radii are short, air gaps short but for the last. */
 static void lensopt__lens_sample(void *user, uint64_t *random, double *x)
 {
-    const lensopt_problem *p = (const lensopt_problem *)user;
+    lensopt_problem *p = (lensopt_problem *)user;
     int32_t air[LENSOPT_MAX_SEARCHED], v, stop = lensopt__sample_order(p, random, air);
-    lensopt__design d;
-    if (p->mirrors.usable && lensopt_random(random) < 0.5 && lensopt__build_lens(p, random, &d)) {
-        lensopt__encode(p, &d, x);
-        return;
-    }
+    if (p->mirrors.usable && lensopt_random(random) < 0.5 && lensopt__sample_read(p, random, x)) return;
     for (v = 0; v < p->surfaces; v++) air[v] = p->limits[v].may_air && (air[v] || !p->limits[v].may_glass);
     for (v = 0; v < p->variables; v++) x[v] = lensopt__sample_number(p, v, air, stop, random);
 }

@@ -12,8 +12,8 @@
        scratch     tests/data/scratch-*.target without a base; time= 60, 120 and 300; seeds=5 surfaces=N (default: as few as have so many ghosts)
        constrained the ghosts of real lenses by lenses that are lenses; time=60
 
-   Methods: seen, memetic, ranked (all three memetic; the objective is SEEN, MATCHED, THESIS), pso, jde, pagmo-pso, pagmo-sade (its jDE), and these two with -ring: with
-   migration on a ring. Swarms and DE have 15 islands of 15 for each variable on both sides, begin evenly within the same bounds and minimise
+   Methods: seen, memetic, ranked (all three memetic; the objective is SEEN, MATCHED, THESIS), these with -blind: the search alone, which reads no lens from the spots;
+   pso, jde, pagmo-pso, pagmo-sade (its jDE), and the latter two with -ring: with migration on a ring. Reading counts as time. Swarms and DE have 15 islands of 15 for each variable on both sides, begin evenly within the same bounds and minimise
    the same THESIS; pagmo's islands keep their memory, and do not migrate unless told so, as in the thesis. All run on two cores till the time is up or f is
    1e-12 (the memetic search's own objective: 1e-24). For every run build/bench_opt_*.csv holds best f over time; pictures=1 writes target and result, side by side, as build/bench_opt_*.pgm. */
 #include <algorithm>
@@ -651,14 +651,20 @@ extern "C" int32_t watch(void *user, const lensopt_progress *progress)
 
 static run search_ours(const task &t, const std::string &method, unsigned seed)
 {
-    bool memetic = method == "memetic" || method == "seen" || method == "ranked";
-    lensopt_objective objective = method == "seen" ? LENSOPT_SEEN : method == "memetic" ? LENSOPT_MATCHED : LENSOPT_THESIS;
-    problem_pointer thesis = make_problem(t.desc, t.target.get(), LENSOPT_THESIS), p = make_problem(t.desc, t.target.get(), objective);
+    size_t dash = method.find("-blind");
+    std::string kind = method.substr(0, dash);
+    bool memetic = kind == "memetic" || kind == "seen" || kind == "ranked";
+    lensopt_objective objective = kind == "seen" ? LENSOPT_SEEN : kind == "memetic" ? LENSOPT_MATCHED : LENSOPT_THESIS;
+    lensopt_problem_desc wanted = t.desc;
+    wanted.blind = !memetic || dash != std::string::npos;
+    run r;
+    problem_pointer thesis = make_problem(t.desc, t.target.get(), LENSOPT_THESIS);
+    r.begin = now();
+    problem_pointer p = make_problem(wanted, t.target.get(), objective);
     lensopt_search_desc desc;
     lensopt_limits limits;
     lensopt_search *search;
     lflare_error error;
-    run r;
     std::memset(&desc, 0, sizeof desc);
     std::memset(&limits, 0, sizeof limits);
     lensopt_problem_function(p.get(), &desc.function);
@@ -670,7 +676,6 @@ static run search_ours(const task &t, const std::string &method, unsigned seed)
     limits.seconds = t.seconds;
     limits.target = memetic ? 1e-24 : 1e-12;
     r.x.resize(static_cast<size_t>(desc.function.variables));
-    r.begin = now();
     watcher w = {&r, thesis.get(), HUGE_VAL, HUGE_VAL};
     if (lensopt_search_create(&desc, &search, &error) < 0 || lensopt_search_run(search, &limits, watch, &w, &error) < 0) give_up(method, error);
     lensopt_search_free(search);
@@ -761,7 +766,7 @@ static double quantile(std::vector<double> v, double part)
     return v[static_cast<size_t>(part * static_cast<double>(v.size() - 1) + 0.5)];
 }
 
-static const char *const lens_methods = "memetic,pso,jde,pagmo-pso,pagmo-sade";
+static const char *const lens_methods = "memetic,memetic-blind,pso,jde,pagmo-pso,pagmo-sade";
 
 /* All methods on one task, each seed in turn for all of them, so that what else the machine does falls on all alike. */
 static void compare_methods(task t, const options &choice, const char *default_methods)
@@ -772,7 +777,7 @@ static void compare_methods(task t, const options &choice, const char *default_m
     if (choice.time > 0) t.seconds = choice.time;
     if (choice.seeds > 0) t.seeds = choice.seeds;
     for (const std::string &m : methods) {
-        static const std::vector<std::string> known = {"seen", "memetic", "ranked", "pso", "jde", "pagmo-pso", "pagmo-sade", "pagmo-pso-ring", "pagmo-sade-ring"};
+        static const std::vector<std::string> known = {"seen", "memetic", "ranked", "seen-blind", "memetic-blind", "ranked-blind", "pso", "jde", "pagmo-pso", "pagmo-sade", "pagmo-pso-ring", "pagmo-sade-ring"};
         if (std::find(known.begin(), known.end(), m) == known.end()) std::printf("no such method: %s\n", m.c_str()), std::exit(2);
     }
     problem_pointer thesis = make_problem(t.desc, t.target.get(), LENSOPT_THESIS);
@@ -829,7 +834,7 @@ static void part_canon(const options &choice)
     task t = own_spots("canon-5.45", &lens, 5.45);
     t.seconds = 600;
     t.seeds = 3;
-    compare_methods(t, choice, "seen,ranked,memetic,pso,jde,pagmo-pso,pagmo-sade");
+    compare_methods(t, choice, "seen,ranked,memetic,seen-blind,ranked-blind,pso,jde,pagmo-pso,pagmo-sade");
 }
 
 static void part_scratch(const options &choice)
