@@ -1768,11 +1768,12 @@ typedef struct lensopt__mirror {
 typedef struct lensopt__mirrors {
     int32_t usable;
     int32_t count[2];                 /* found behind the stop, and in front of it */
-    int32_t few, few_front, few_ways; /* surfaces known in part, and where; how many readings of their ghosts there are */
+    int32_t few, few_front;           /* surfaces known in part, and where */
+    int32_t few_spots, few_ways;      /* what their ghosts may be; how many ways there are to be those of three */
     double slope, chief, marginal;    /* of the light that they are read from; its chief and marginal rays' heights at the sensor */
     lensopt__mirror group[2][LENSOPT_MAX_SEARCHED];
     uint64_t ahead[2][LENSOPT_MAX_SEARCHED]; /* bits: of which others a mirror is known to be in front */
-    lensopt__row2 few_rows[16][3];    /* v 1,2, v 1,3 and v 2,3 */
+    lensopt__row2 few_spot[16], few_rows[16][3]; /* of each way v 1,2, v 1,3 and v 2,3 */
 } lensopt__mirrors;
 
 struct lensopt_problem {
@@ -2319,6 +2320,13 @@ static lensopt__row2 lensopt__spot_row(const lensopt__reading *r, int32_t i, int
 /* What v j,k x v i,k is for every k, where v is v i,j. */
 static double lensopt__common(const lensopt__mirrors *m, lensopt__row2 v) { return v.y - m->marginal * v.x; }
 
+/* Whether v 1,2, v 1,k and v 2,k are ghosts of three surfaces. */
+static int lensopt__agree(const lensopt__mirrors *m, lensopt__row2 v, lensopt__row2 with_first, lensopt__row2 with_second)
+{
+    double terms = fabs(with_first.x * with_second.y) + fabs(with_first.y * with_second.x) + fabs(v.y) + fabs(m->marginal * v.x);
+    return fabs(lensopt__cross_product(with_second, with_first) - lensopt__common(m, v)) < 1e-6 * terms;
+}
+
 static int lensopt__compare_crossings(const void *a, const void *b)
 {
     const lensopt__crossing *x = (const lensopt__crossing *)a, *y = (const lensopt__crossing *)b;
@@ -2570,7 +2578,7 @@ static int32_t lensopt__four(const lensopt__reading *r, const lensopt__cluster *
     v = lensopt__spot_row(r, maker, c->front, way & 4 ? 1 : -1);
     for (k = 0; k < 2; k++) {
         lensopt__sides(r, c, k, way >> k & 1, lensopt__common(r->out, v), sides[k]);
-        if (fabs(lensopt__cross_product(sides[k][1], sides[k][0]) / lensopt__common(r->out, v) - 1) > 1e-6) return 0;
+        if (!lensopt__agree(r->out, v, sides[k][0], sides[k][1])) return 0;
         lensopt__no_trace(sides[k][0], sides[k][1], rows[k + 1]);
     }
     if (!lensopt__first_two(r->out, v, rows, w)) return 0;
@@ -2637,7 +2645,7 @@ static void lensopt__read_three(const lensopt__reading *r, int32_t i, int32_t j,
         v[0] = lensopt__spot_row(r, i, m->few_front, way & 1 ? 1 : -1);
         v[1] = lensopt__spot_row(r, j, m->few_front, way & 2 ? 1 : -1);
         v[2] = lensopt__spot_row(r, k, m->few_front, way & 4 ? 1 : -1);
-        m->few_ways += fabs(lensopt__cross_product(v[2], v[1]) / lensopt__common(m, v[0]) - 1) < 1e-6;
+        m->few_ways += lensopt__agree(m, v[0], v[1], v[2]);
     }
 }
 
@@ -2654,12 +2662,12 @@ static int lensopt__find_few(lensopt__reading *r, int32_t surfaces)
     m->few_front = front;
     if (m->few == 0) return 1;
     if (m->few < 0 || m->few > 3 || m->count[front] > 0) return 0;
-    for (i = 0; i < left && m->few == 2; i++) m->few_rows[m->few_ways++][0] = lensopt__spot_row(r, spots[i], front, 1);
+    for (i = 0; i < left; i++) m->few_spot[m->few_spots++] = lensopt__spot_row(r, spots[i], front, 1);
     for (i = 0; i < left && m->few == 3; i++)
         for (j = 0; j < left; j++)
             for (k = 0; k < left; k++)
                 if (i != j && i != k && j != k) lensopt__read_three(r, spots[i], spots[j], spots[k]);
-    return m->few == 1 || m->few_ways > 0;
+    return left >= m->few - 1;
 }
 
 /* Whether mirrors explain more than they are themselves, 2 numbers each, h and e, and enough of their ghosts are there: spots in regular rows have many
@@ -2764,20 +2772,20 @@ typedef struct lensopt__build {
 
 static double lensopt__either_sign(uint64_t *random) { return lensopt_random(random) < 0.5 ? -1 : 1; }
 
-/* Mirrors of a group that is known in part, by chance as far as it is not. */
-static void lensopt__draw_few(const lensopt__mirrors *m, uint64_t *random, lensopt__mirror *group)
+static lensopt__row2 lensopt__draw_row(uint64_t *random)
+{
+    double x = lensopt__either_sign(random) * 0.1 * pow(30, lensopt_random(random)), y = lensopt__either_sign(random) * 0.1 * pow(300, lensopt_random(random));
+    return lensopt__row2_of(x, y);
+}
+
+/* Three mirrors whose ghosts three spots are: all but one number of theirs. */
+static void lensopt__draw_three(const lensopt__mirrors *m, uint64_t *random, lensopt__mirror *group)
 {
     const lensopt__row2 to = lensopt__sensor_row(m), *v = m->few_rows[(int32_t)(lensopt_random(random) * m->few_ways)];
     double rows[3][4];
     lensopt__row2 w[2];
     int32_t k, tries;
-    for (k = 0; k < 2; k++) w[k] = lensopt__row2_of(lensopt__either_sign(random) * 0.1 * pow(30, lensopt_random(random)), lensopt__either_sign(random) * 0.1 * pow(300, lensopt_random(random)));
-    if (m->few == 1) group[0] = lensopt__mirror_between(to, w[0]);
-    if (m->few == 2) {
-        group[0] = lensopt__mirror_between(to, w[0]);
-        group[1] = lensopt__mirror_between(w[0], lensopt__row2_of(v[0].x, lensopt__either_sign(random) * v[0].y));
-    }
-    for (tries = 0; tries < 8 && m->few == 3; tries++) {
+    for (tries = 0; tries < 8; tries++) {
         lensopt__no_trace(v[1], v[2], rows[1]);
         for (k = 0; k < 4; k++) rows[2][k] = lensopt__either_sign(random) * pow(100, lensopt_random(random));
         if (!lensopt__first_two(m, v[0], rows, w)) continue;
@@ -2785,6 +2793,27 @@ static void lensopt__draw_few(const lensopt__mirrors *m, uint64_t *random, lenso
         group[1] = lensopt__mirror_between(to, w[1]);
         group[2] = lensopt__mirror_between(w[0], v[1]);
         return;
+    }
+}
+
+/* Mirrors of a group that is known in part, by chance as far as it is not: one, and the others each with a spot that is its ghost with that one. */
+static void lensopt__draw_few(const lensopt__mirrors *m, uint64_t *random, lensopt__mirror *group)
+{
+    const lensopt__row2 to = lensopt__sensor_row(m);
+    int32_t hub = (int32_t)(lensopt_random(random) * m->few), i, k = (int32_t)(lensopt_random(random) * m->few_spots), step;
+    if (m->few_ways > 0) {
+        lensopt__draw_three(m, random, group);
+        return;
+    }
+    step = m->few_spots > 1 ? 1 + (int32_t)(lensopt_random(random) * (m->few_spots - 1)) : 0;
+    group[hub] = lensopt__mirror_between(to, lensopt__draw_row(random));
+    for (i = 0; i < m->few; i++) {
+        lensopt__row2 v;
+        if (i == hub) continue;
+        v = m->few_spot[k];
+        v.y *= lensopt__either_sign(random);
+        k = (k + step) % m->few_spots;
+        group[i] = hub < i ? lensopt__mirror_between(lensopt__mirrored(to, group[hub]), v) : lensopt__mirror_between(to, lensopt__mirrored(v, group[hub]));
     }
 }
 
@@ -2981,7 +3010,7 @@ static int lensopt__build_lens(const lensopt_problem *p, uint64_t *random, lenso
     b.random = random;
     for (b.left = SURFACES; b.left > 0;) {
         lensopt__line_up(&b);
-        for (k = 0; k < SLOPES; k++) {
+        for (k = 0; k < (p->mirrors.few > 0 ? SLOPES / 8 : SLOPES); k++) {
             int32_t most = b.left, some = most < 2000 ? most : 2000, built;
             b.design = p->fixed;
             b.design.n[p->surfaces - 1] = 1;
