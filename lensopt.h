@@ -2667,7 +2667,7 @@ static int lensopt__find_few(lensopt__reading *r, int32_t surfaces)
         for (j = 0; j < left; j++)
             for (k = 0; k < left; k++)
                 if (i != j && i != k && j != k) lensopt__read_three(r, spots[i], spots[j], spots[k]);
-    return left >= m->few - 1;
+    return m->few < 3 ? left >= m->few - 1 : m->few_ways > 0; /* three of which a ghost is missing: found faster by searching */
 }
 
 /* Whether mirrors explain more than they are themselves, 2 numbers each, h and e, and enough of their ghosts are there: spots in regular rows have many
@@ -2796,24 +2796,18 @@ static void lensopt__draw_three(const lensopt__mirrors *m, uint64_t *random, len
     }
 }
 
-/* Mirrors of a group that is known in part, by chance as far as it is not: one, and the others each with a spot that is its ghost with that one. */
+/* Mirrors of a group that is known in part, by chance as far as it is not. */
 static void lensopt__draw_few(const lensopt__mirrors *m, uint64_t *random, lensopt__mirror *group)
 {
-    const lensopt__row2 to = lensopt__sensor_row(m);
-    int32_t hub = (int32_t)(lensopt_random(random) * m->few), i, k = (int32_t)(lensopt_random(random) * m->few_spots), step;
-    if (m->few_ways > 0) {
+    if (m->few == 3) {
         lensopt__draw_three(m, random, group);
         return;
     }
-    step = m->few_spots > 1 ? 1 + (int32_t)(lensopt_random(random) * (m->few_spots - 1)) : 0;
-    group[hub] = lensopt__mirror_between(to, lensopt__draw_row(random));
-    for (i = 0; i < m->few; i++) {
-        lensopt__row2 v;
-        if (i == hub) continue;
-        v = m->few_spot[k];
+    group[0] = lensopt__mirror_between(lensopt__sensor_row(m), lensopt__draw_row(random));
+    if (m->few == 2) {
+        lensopt__row2 v = m->few_spot[(int32_t)(lensopt_random(random) * m->few_spots)];
         v.y *= lensopt__either_sign(random);
-        k = (k + step) % m->few_spots;
-        group[i] = hub < i ? lensopt__mirror_between(lensopt__mirrored(to, group[hub]), v) : lensopt__mirror_between(to, lensopt__mirrored(v, group[hub]));
+        group[1] = lensopt__mirror_between(lensopt__mirrored(lensopt__sensor_row(m), group[0]), v);
     }
 }
 

@@ -1,5 +1,6 @@
 /* What lensopt.h shows, side by side with pagmo 2 where that has something like it. `bench_opt PART [NAME=VALUE ...]` runs one part, `bench_opt` all (seven
-   hours at the defaults: a part says what it will take); time=SECONDS a run, seeds=N, methods=A,B,... and pictures=1 choose less or more.
+   hours at the defaults: a part says what it will take); time=SECONDS a run, seeds=N, from=SEED (the first, 1), methods=A,B,... and pictures=1 choose
+   less or more.
 
        functions [memetic | de | jde | pso]
                    each algorithm with the same parameters, population and evaluations, on functions that papers take; the memetic one, without
@@ -63,7 +64,7 @@ static int seeds()
 struct options {
     const char *only = nullptr;
     double time = 0; /* 0: the part's own */
-    int seeds = 0, surfaces = 0;
+    int seeds = 0, from = 1, surfaces = 0;
     bool pictures = false;
     std::string methods; /* commas between; "": the part's own */
 };
@@ -785,7 +786,7 @@ static void compare_methods(task t, const options &choice, const char *default_m
     std::printf("-- %s: %d spots, %d surfaces, %d variables; %g s, %d seeds: at most %.0f minutes\n", t.name.c_str(), static_cast<int>(thesis->goals), static_cast<int>(thesis->surfaces), static_cast<int>(thesis->variables),
                 t.seconds, t.seeds, static_cast<double>(methods.size()) * t.seeds * t.seconds / 60);
     std::printf("%-16s %4s %11s %10s %9s %8s %10s %7s %6s %7s %6s\n", "", "seed", "f", "own", "s to 1e-6", "s", "evals", "PSNR", "SSIM", "bright", "black");
-    for (int seed = 1; seed <= t.seeds; seed++)
+    for (int seed = choice.from; seed < choice.from + t.seeds; seed++)
         for (size_t m = 0; m < methods.size(); m++) {
             run r = (methods[m].compare(0, 5, "pagmo") == 0 ? search_pagmo : search_ours)(t, methods[m], static_cast<unsigned>(seed));
             std::string file = "build/bench_opt_" + t.name + "_" + methods[m] + "_" + std::to_string(seed);
@@ -1018,6 +1019,7 @@ static options read_options(int argc, char **argv)
     for (int i = 2; i < argc; i++) {
         std::string text = argv[i], name = text.substr(0, text.find('=')), value = text.size() > name.size() ? text.substr(name.size() + 1) : "";
         if (name == "time" && std::atof(value.c_str()) > 0) o.time = std::atof(value.c_str());
+        else if (name == "from" && std::atoi(value.c_str()) > 0) o.from = std::atoi(value.c_str());
         else if (name == "seeds" && std::atoi(value.c_str()) > 0) o.seeds = std::atoi(value.c_str());
         else if (name == "surfaces" && std::atoi(value.c_str()) > 0) o.surfaces = std::atoi(value.c_str());
         else if (name == "methods" && !value.empty()) o.methods = value;
