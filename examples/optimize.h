@@ -12,7 +12,7 @@ static const char help_optimize[] =
     "      Prints what was wanted and what was got. Ctrl-C or SIGTERM ends it: the best so far is written, the exit status is 130\n"
     "      --fnumber: of the target's iris in LENS; --keep-order: what is air there stays air. The target's locks hold for LENS, too\n"
     "      --top: also BEST-2.lens to BEST-K.lens, the next best whose spots differ from those of all better ones by 1 % or more, or else whose surfaces\n"
-    "      differ by 3 % of their ranges\n"
+    "      differ by 1 % of their ranges\n"
     "      --objective: seen, what shows on the frame, all lights (the value's root is a mean relative difference); matched and thesis: mm^2 at\n"
     "      the first light\n"
     "      --checkpoint: the search as it stands, every 10 s and at the end; --resume goes on from there, with the same target and options\n"
@@ -513,7 +513,7 @@ static int optimize_collect(optimize_job *job, optimize_found **found)
     for (i = 0; i < points && count < job->o->optimize.top; i++) {
         optimize_found *next = optimize_take(job, job->points + (size_t)i * (size_t)n, f[i], &error);
         if (next == NULL) continue;
-        for (k = 0; k < count && (optimize_distance(job, found[k], next) >= 0.01 || optimize_unlikeness(job, found[k], next) >= 0.03); k++) {}
+        for (k = 0; k < count && (optimize_distance(job, found[k], next) >= 0.01 || optimize_unlikeness(job, found[k], next) >= 0.01); k++) {}
         if (k == count) found[count++] = next;
         else optimize_free(next);
     }

@@ -514,6 +514,10 @@ result $? "optimize --scratch"
 "$flare" optimize "$wish" --scratch -o "$dir/listed.lens" --evaluations 20000 --glasses SCHOTT,OHARA >/dev/null && "$flare" info "$dir/listed.lens" >/dev/null &&
     awk -F, 'NR == FNR {if ($2 == "SCHOTT" || $2 == "OHARA") known[$1] = 1; next} {gsub(/#.*/, "")} / glass / {sub(/.* glass +/, ""); sub(/ .*/, ""); n++; if (!($0 in known)) wrong = 1} END {exit wrong || n == 0}' lenses/glasses.csv "$dir/listed.lens"
 result $? "optimize --glasses takes those of the makers named"
+"$flare" target lenses/planar-50-14.lens --light 8,5 --fnumber 22 -o "$dir/planar.target" >/dev/null && "$flare" optimize "$dir/planar.target" -o "$dir/planar.lens" --evaluations 20000 --threads 1 >"$dir/out" &&
+    grep -q '^read      the spots are those of lenses of 6 surfaces in front of the stop and 7 behind it, EFL 49\.9[0-9] mm$' "$dir/out" && awk '/^objective/ && $3 < 0.01 { close_by = 1 } END { exit !close_by }' "$dir/out" &&
+    "$flare" optimize "$dir/planar.target" -o "$dir/planar.lens" --evaluations 2000 --threads 1 --blind >"$dir/out" && ! grep -q '^read' "$dir/out"
+result $? "optimize reads a lens from the spots, but blind"
 "$flare" $found -o "$dir/cut.lens" --time 100 --threads 1 --goal 1e-300 >"$dir/out" 2>"$dir/err" &
 searching=$!
 sleep 1
