@@ -2650,7 +2650,7 @@ static void lensopt__read_three(const lensopt__reading *r, int32_t i, int32_t j,
 }
 
 /* Up to three surfaces on the other side of the stop, too few for clusters: their ghosts still say most of what they are. surfaces 0: as many as there
-   must be. 0: there are more, or no such ghosts. */
+   must be. 0: there are more, or no such ghosts, or fewer than spots. */
 static int lensopt__find_few(lensopt__reading *r, int32_t surfaces)
 {
     lensopt__mirrors *m = r->out;
@@ -2660,6 +2660,7 @@ static int lensopt__find_few(lensopt__reading *r, int32_t surfaces)
     else if (m->count[front] > 0 || left == 0) m->few = 0;
     else m->few = left == 1 ? 2 : left == 3 ? 3 : 4 * left < r->count ? 0 : -1;
     m->few_front = front;
+    if (surfaces == 0 && lensopt__pairs_of(m->count[0]) + lensopt__pairs_of(m->count[1]) + lensopt__pairs_of(m->few) < r->count) return 0;
     if (m->few == 0) return 1;
     if (m->few < 0 || m->few > 3 || m->count[front] > 0) return 0;
     for (i = 0; i < left; i++) m->few_spot[m->few_spots++] = lensopt__spot_row(r, spots[i], front, 1);
