@@ -426,7 +426,8 @@ typedef struct lensopt_problem_desc {
     const lensopt_target *target;     /* copied; spots that no light or ghost gives a weight, and ghosts of no spot, ask for nothing */
     const lflare_prescription *base;  /* copied; what locks speak of; NULL: from scratch, and no locks */
     lensopt_objective objective;
-    int32_t surfaces;                 /* without the stop; 0: the base's, or as the spots tell, or as few as have so many ghosts (Van Acoleyen 2025, eq. 5.5) */
+    int32_t surfaces;                 /* without the stop; 0: the base's, or as the spots tell (with MATCHED and THESIS if that makes as many ghosts), or as
+                                         few as have so many ghosts (Van Acoleyen 2025, eq. 5.5) */
     int32_t keep_order;               /* 1: which gaps are air stays as in the base */
     double iris;                      /* radius on the stop plane of the base; 0: its full opening */
     double pupil;                     /* clear radius of the entrance, mm; 0: 100, so that the iris shapes the ghosts */
@@ -449,14 +450,14 @@ typedef struct lensopt_problem_desc {
 typedef struct lensopt_problem lensopt_problem;
 
 /* 0.5 MB. Of lenses the paraxial ones at 510 nm: each numbers' point within the bounds is one. LFLARE_ERROR_ARGUMENT names what is contradictory.
-   Where most spots of a light are those of one lens of so many surfaces, to 1e-6, whichever that is and in whatever order, they give it away (room 7): half of the points
-   that the function's sample then gives are lenses with just these spots, many different ones, since a light tells two of a surface's three numbers. Not
-   where radii, gaps or the stop are locked, nor for more than 512 spots or with `blind`. That takes 0.05 s and 0.7 MB for 171 spots, up to 1 s and 6 MB for 500. */
+   Where most spots of a light are those of one lens of so many surfaces, to 1e-6, whichever that is and in whatever order, they give it away (room 7): up to half of
+   the points that the function's sample then gives are lenses with these spots, many different ones, since a light tells two of a surface's three numbers. Not
+   where radii, gaps or the stop are locked, nor for more than 512 spots or with `blind`. That takes 0.05 s and 1 MB for 171 spots, at most 2 s and 7 MB. */
 LENSOPT_API lflare_result lensopt_problem_create(const lensopt_problem_desc *desc, lensopt_problem **out, lflare_error *error);
 LENSOPT_API void lensopt_problem_free(lensopt_problem *problem); /* NULL is fine */
 
-/* Whether lenses are read from the spots: 1, and what the spots tell: how many surfaces there are in front of the stop and behind it, and the focal length at 510 nm,
-   as far as the light is in focus. 0: they are not. */
+/* Whether lenses are read from the spots: 1, and what the spots tell: how many surfaces there are in front of the stop and behind it (of one or two that have one ghost
+   or none it is desc.surfaces or a guess), and the focal length at 510 nm, as far as the light is in focus. 0: they are not. */
 LENSOPT_API int32_t lensopt_problem_reading(const lensopt_problem *problem, int32_t *front, int32_t *behind, double *efl);
 
 /* As what lensopt_search_create minimises; it points into the problem. Variables: the stop's place (the surface behind which it stands,
@@ -1765,6 +1766,8 @@ typedef struct lensopt__mirror {
     double a, b, c; /* [a b; c -a] */
 } lensopt__mirror;
 
+enum { LENSOPT__READINGS = 16 };
+
 typedef struct lensopt__mirrors {
     int32_t usable;
     int32_t count[2];                 /* found behind the stop, and in front of it */
@@ -1773,7 +1776,7 @@ typedef struct lensopt__mirrors {
     double slope, chief, marginal;    /* of the light that they are read from; its chief and marginal rays' heights at the sensor */
     lensopt__mirror group[2][LENSOPT_MAX_SEARCHED];
     uint64_t ahead[2][LENSOPT_MAX_SEARCHED]; /* bits: of which others a mirror is known to be in front */
-    lensopt__row2 few_spot[16], few_rows[16][3]; /* of each way v 1,2, v 1,3 and v 2,3 */
+    lensopt__row2 few_spot[LENSOPT__READINGS], few_rows[LENSOPT__READINGS][3]; /* of each way v 1,2, v 1,3 and v 2,3 */
 } lensopt__mirrors;
 
 struct lensopt_problem {
@@ -1985,13 +1988,21 @@ static void lensopt__surface_variables(lensopt_problem *p, int32_t i)
                           l->may_air && (!l->may_glass || l->air_gap.hi > l->glass_gap.hi) ? l->air_gap.hi : l->glass_gap.hi);
 }
 
+static int32_t lensopt__read_in_front(const lensopt__mirrors *m) { return m->count[1] + (m->few_front ? m->few : 0); }
+
+/* Whether the stop may stand in front of all: where it does in the base, or in what is read from scratch. */
+static int lensopt__may_lead(const lensopt_problem *p)
+{
+    return p->has_base ? p->fixed.stop < 0 : p->mirrors.usable && lensopt__read_in_front(&p->mirrors) == 0;
+}
+
 static void lensopt__variables(lensopt_problem *p)
 {
     int32_t i, locks = p->has_base ? p->target.stop_locks : 0;
     p->place_of = p->iris_of = -1;
     for (i = 0; i < p->surfaces; i++) p->index_of[i] = -1;
     p->fraction = p->fixed.stop >= 0 && p->fixed.d[p->fixed.stop] > 0 ? p->fixed.ahead / p->fixed.d[p->fixed.stop] : 0;
-    if (!(locks & LENSOPT_LOCK_STOP_PLACE)) lensopt__add_variable(p, LENSOPT__PLACE, -1, p->has_base && p->fixed.stop < 0 ? -1 : 0, p->surfaces * (1 - 1e-12));
+    if (!(locks & LENSOPT_LOCK_STOP_PLACE)) lensopt__add_variable(p, LENSOPT__PLACE, -1, lensopt__may_lead(p) ? -1 : 0, p->surfaces * (1 - 1e-12));
     if (p->has_base) lensopt__hold(&p->desc.stop_radius, p->fixed.iris);
     if (!(locks & LENSOPT_LOCK_STOP_RADIUS)) lensopt__add_variable(p, LENSOPT__IRIS, -1, p->desc.stop_radius.lo, p->desc.stop_radius.hi);
     for (i = 0; i < p->surfaces; i++) lensopt__surface_variables(p, i);
@@ -2301,6 +2312,8 @@ typedef struct lensopt__reading {
     lensopt__crossing *crossing;
     double exact;                    /* how well numbers of one lens agree, relatively */
     double blur;                     /* the most that e may be */
+    int32_t every;                   /* from scratch: there have to be as many ghosts as spots */
+    int32_t proofs_left;             /* spots in rows have many clusters that prove nothing */
     char explained[LENSOPT_MAX_GHOSTS]; /* ghosts of what has been found */
     lensopt__mirrors *out;
 } lensopt__reading;
@@ -2427,6 +2440,7 @@ static int32_t lensopt__rays_by_four(lensopt__reading *r, int front, lensopt__ro
             h = front ? 1 / x : x;
             e = front ? y / x : y;
             if (!(h > 0 && h < 1e6 && fabs(e) < r->blur) || fabs(x * v[0][1].y - y * v[0][1].x - two) > 10 * r->exact * fabs(two)) continue;
+            if (r->proofs_left-- <= 0) return best;
             proofs = lensopt__proofs(r, h, e);
             if (proofs <= best) continue;
             best = proofs;
@@ -2596,7 +2610,8 @@ static void lensopt__order_group(const lensopt__reading *r, int front)
     int32_t i, j;
     for (i = 0; i < m->count[front]; i++)
         for (j = 0, m->ahead[front][i] = 0; j < m->count[front]; j++)
-            if (i != j && lensopt__ghost_at(r, front, m->group[front][i], m->group[front][j]) >= 0) m->ahead[front][i] |= (uint64_t)1 << j;
+            if (i != j && lensopt__ghost_at(r, front, m->group[front][i], m->group[front][j]) >= 0 && lensopt__ghost_at(r, front, m->group[front][j], m->group[front][i]) < 0)
+                m->ahead[front][i] |= (uint64_t)1 << j;
 }
 
 /* The mirrors of one side of the stop, those that explain most spots; 0: none are found. */
@@ -2620,9 +2635,7 @@ static int32_t lensopt__find_group(lensopt__reading *r, int front, lensopt__mirr
     return found;
 }
 
-enum { LENSOPT__READINGS = 16 };
-
-/* Spots that are no ghost of the mirrors that have been found, up to a number of them. */
+/* Spots that are no ghost of the mirrors that have been found: how many, and the first of them. */
 static int32_t lensopt__unexplained(lensopt__reading *r, int32_t *spots)
 {
     const lensopt__mirrors *m = r->out;
@@ -2630,8 +2643,11 @@ static int32_t lensopt__unexplained(lensopt__reading *r, int32_t *spots)
     memset(r->explained, 0, sizeof r->explained);
     for (front = 0; front < 2; front++)
         for (i = 1; i < m->count[front]; i++) lensopt__explain(r, front, m->group[front], i, m->group[front][i]);
-    for (i = 0; i < r->count && found < LENSOPT__READINGS; i++)
-        if (!r->explained[i]) spots[found++] = i;
+    for (i = 0; i < r->count; i++) {
+        if (r->explained[i]) continue;
+        if (found < LENSOPT__READINGS) spots[found] = i;
+        found++;
+    }
     return found;
 }
 
@@ -2649,39 +2665,42 @@ static void lensopt__read_three(const lensopt__reading *r, int32_t i, int32_t j,
     }
 }
 
-/* Up to three surfaces on the other side of the stop, too few for clusters: their ghosts still say most of what they are. surfaces 0: as many as there
-   must be. 0: there are more, or no such ghosts, or fewer than spots. */
+/* How many surfaces stand on the other side of the stop, whose ghosts are the spots that are left: up to three, which are too few for clusters. -1: more do. */
+static int32_t lensopt__how_few(const lensopt__reading *r, int32_t left)
+{
+    if (r->out->count[0] > 0 && r->out->count[1] > 0) return 0;
+    if (left == 0) return 0;
+    if (left == 1) return 2;
+    if (left == 3 && r->out->few_ways > 0) return 3;
+    return 4 * left < r->count ? 0 : -1; /* these have been moved */
+}
+
+/* Up to three surfaces on the other side of the stop: their ghosts say most of what they are. surfaces 0: as many as there must be. 0: there are
+   more, or no such ghosts, or (from scratch, where that is asked for) fewer than spots. */
 static int lensopt__find_few(lensopt__reading *r, int32_t surfaces)
 {
     lensopt__mirrors *m = r->out;
-    int32_t spots[LENSOPT__READINGS], left, i, j, k, front = m->count[1] == 0;
-    left = lensopt__unexplained(r, spots);
-    if (surfaces > 0) m->few = surfaces - m->count[0] - m->count[1];
-    else if (m->count[front] > 0 || left == 0) m->few = 0;
-    else m->few = left == 1 ? 2 : left == 3 ? 3 : 4 * left < r->count ? 0 : -1;
-    m->few_front = front;
-    if (surfaces == 0 && lensopt__pairs_of(m->count[0]) + lensopt__pairs_of(m->count[1]) + lensopt__pairs_of(m->few) < r->count) return 0;
-    if (m->few == 0) return 1;
-    if (m->few < 0 || m->few > 3 || m->count[front] > 0) return 0;
-    for (i = 0; i < left; i++) m->few_spot[m->few_spots++] = lensopt__spot_row(r, spots[i], front, 1);
-    for (i = 0; i < left && m->few == 3; i++)
-        for (j = 0; j < left; j++)
-            for (k = 0; k < left; k++)
+    int32_t spots[LENSOPT__READINGS], left = lensopt__unexplained(r, spots), some = left < LENSOPT__READINGS ? left : LENSOPT__READINGS, i, j, k;
+    m->few_front = m->count[1] == 0;
+    for (i = 0; i < some; i++) m->few_spot[m->few_spots++] = lensopt__spot_row(r, spots[i], m->few_front, 1);
+    for (i = 0; i < some; i++)
+        for (j = 0; j < some; j++)
+            for (k = 0; k < some; k++)
                 if (i != j && i != k && j != k) lensopt__read_three(r, spots[i], spots[j], spots[k]);
+    m->few = surfaces > 0 ? surfaces - m->count[0] - m->count[1] : lensopt__how_few(r, left);
+    if (m->few < 0 || m->few > 3 || m->count[0] + m->count[1] + m->few > LENSOPT_MAX_SEARCHED || (m->few > 0 && m->count[m->few_front] > 0)) return 0;
+    if (surfaces == 0 && r->every && lensopt__pairs_of(m->count[0]) + lensopt__pairs_of(m->count[1]) + lensopt__pairs_of(m->few) < r->count) return 0;
     return m->few < 3 ? left >= m->few - 1 : m->few_ways > 0; /* three of which a ghost is missing: found faster by searching */
 }
 
-/* Whether mirrors explain more than they are themselves, 2 numbers each, h and e, and enough of their ghosts are there: spots in regular rows have many
-   equal cross products, too, and mirrors that explain them, with as many ghosts besides. */
+/* Whether mirrors explain most spots, and more of them than they are themselves, 2 numbers each, h and e, and enough of their ghosts are there: spots in
+   regular rows have many equal cross products, too, and mirrors that explain them, with as many ghosts besides. */
 static int lensopt__convinces(lensopt__reading *r, int32_t surfaces)
 {
     const lensopt__mirrors *m = r->out;
-    int32_t spots[LENSOPT__READINGS], i, explained = 0, mirrors = m->count[0] + m->count[1];
+    int32_t spots[LENSOPT__READINGS], explained = r->count - lensopt__unexplained(r, spots), mirrors = m->count[0] + m->count[1];
     int32_t ghosts = lensopt__pairs_of(m->count[0]) + lensopt__pairs_of(m->count[1]);
-    if (mirrors == 0) return 0;
-    lensopt__unexplained(r, spots);
-    for (i = 0; i < r->count; i++) explained += r->explained[i];
-    return explained >= mirrors + 2 && 10 * explained >= (surfaces > 0 ? 4 : 6) * ghosts;
+    return mirrors > 0 && 2 * explained >= r->count && explained >= mirrors + 2 && 10 * explained >= (surfaces > 0 ? 4 : 6) * ghosts;
 }
 
 /* Reads the spots. out->usable: whether all surfaces are known that a lens of so many (0: any number) has. */
@@ -2691,6 +2710,7 @@ static void lensopt__read_mirrors(lensopt__reading *r, int32_t surfaces)
     int32_t front;
     memset(m, 0, sizeof *m);
     r->clusters = 0;
+    r->proofs_left = 2000;
     for (front = 0; front < 2; front++) lensopt__find_clusters(r, front);
     qsort(r->cluster, (size_t)r->clusters, sizeof r->cluster[0], lensopt__compare_clusters);
     if (!lensopt__find_rays(r)) return;
@@ -2708,19 +2728,19 @@ static int32_t lensopt__light_to_read(const lensopt_problem *p, int32_t *spots)
     *spots = 3; /* which tell nothing */
     for (l = 0; l < p->lights; l++) {
         for (g = 0, count = 0; g < p->goals; g++) count += p->target.ghosts[p->ghost_of[g]].goals[l].wish == LENSOPT_SPOT;
-        if (count <= *spots || !(p->slopes[l] > 1e-9)) continue;
+        if (count <= *spots || !(p->slopes[l] > 1e-9) || !(p->target.lights[l].weight > 0)) continue;
         *spots = count;
         best = l;
     }
     return best;
 }
 
-/* Whether a lens can be built freely: nothing but its glasses is locked. */
+/* Whether a lens can be built freely: nothing but its media and coatings is locked. */
 static int lensopt__is_free(const lensopt_problem *p)
 {
-    int32_t v, numbers = 0;
-    for (v = 0; v < p->variables; v++) numbers += p->variable[v].kind == LENSOPT__CURVATURE || p->variable[v].kind == LENSOPT__GAP;
-    return numbers == 2 * p->surfaces && p->place_of >= 0 && p->iris_of >= 0;
+    int32_t i, locks = p->has_base ? p->target.stop_locks : 0;
+    for (i = 0; p->has_base && i < p->surfaces; i++) locks |= lensopt__locks(p, i) & (LENSOPT_LOCK_RADIUS | LENSOPT_LOCK_GAP);
+    return locks == 0;
 }
 
 /* Reads the target's spots as those of a lens of so many surfaces, or (0) any number. 0: no memory. */
@@ -2730,7 +2750,7 @@ static int lensopt__find_mirrors(lensopt_problem *p, int32_t surfaces)
     double *spots;
     size_t size;
     int32_t count, g, i, light = lensopt__light_to_read(p, &count);
-    if (light < 0 || count > LENSOPT__MOST_READ || p->desc.blind) return 1;
+    if (light < 0 || count > LENSOPT__MOST_READ || p->desc.blind || !lensopt__is_free(p)) return 1;
     size = sizeof *r + sizeof(lensopt__crossing) * (size_t)count * (size_t)(count - 1) + 2 * sizeof(double) * (size_t)count;
     r = (lensopt__reading *)p->desc.allocate(p->desc.allocate_user, NULL, 0, size);
     if (r == NULL) return 0;
@@ -2749,6 +2769,7 @@ static int lensopt__find_mirrors(lensopt_problem *p, int32_t surfaces)
     r->centre = spots;
     r->radius = spots + count;
     r->out = &p->mirrors;
+    r->every = p->desc.objective != LENSOPT_SEEN;
     r->blur = 0.01 * sqrt(p->target.sensor_width * p->target.sensor_width + p->target.sensor_height * p->target.sensor_height);
     for (r->exact = 1e-10; r->exact < 2e-6 && !p->mirrors.usable; r->exact *= 100) lensopt__read_mirrors(r, surfaces);
     p->mirrors.slope = p->slopes[light];
@@ -2977,7 +2998,7 @@ static int lensopt__aim(lensopt__build *b)
 {
     double x = b->slope[0], y = b->slope[1], dx, dy, off[2], by_x[2], by_y[2], det;
     int32_t step, k;
-    for (step = 0; step < 16; step++) {
+    for (step = 0; step < 16 && b->left > 0; step++, b->left -= 3 * b->p->surfaces) {
         int ok = lensopt__rebuild(b, x, y);
         if (fabs(b->off[0]) < 1e-14 && fabs(b->off[1]) < 1e-14) return ok;
         memcpy(off, b->off, sizeof off);
@@ -2995,32 +3016,39 @@ static int lensopt__aim(lensopt__build *b)
     return lensopt__rebuild(b, x, y) && fabs(b->off[0]) < 1e-9 && fabs(b->off[1]) < 1e-9;
 }
 
-/* A lens whose ghosts are the spots that the mirrors are read from. 0: none was found among so many tries. */
-static int lensopt__build_lens(const lensopt_problem *p, uint64_t *random, lensopt__design *out)
+/* A lens whose ghosts are the spots that the mirrors are read from. *left: surfaces that may still be tried. 0: it has used them up. */
+static int lensopt__build_lens(const lensopt_problem *p, uint64_t *random, int32_t *left, lensopt__design *out)
 {
-    enum { SURFACES = 200000, SLOPES = 64 }; /* 10 to 20 ms */
+    enum { SLOPES = 64, MOST = 2000 };
     lensopt__build b;
-    int32_t k;
+    int32_t k, built = 0;
     b.p = p;
     b.random = random;
-    for (b.left = SURFACES; b.left > 0;) {
+    while (*left > 0 && !built) {
         lensopt__line_up(&b);
-        for (k = 0; k < (p->mirrors.few > 0 ? SLOPES / 8 : SLOPES); k++) {
-            int32_t most = b.left, some = most < 2000 ? most : 2000, built;
+        for (k = 0; k < (p->mirrors.few > 0 ? SLOPES / 8 : SLOPES) && *left > 0 && !built; k++) {
+            int32_t some = *left < MOST ? *left : MOST;
             b.design = p->fixed;
             b.design.n[p->surfaces - 1] = 1;
             b.design.stop = b.stop;
-            b.slope[0] = lensopt_random(random) - 0.5;
+            b.slope[0] = lensopt__either_sign(random) * p->mirrors.slope * 0.05 * pow(100, lensopt_random(random)); /* the light's own, more or less */
             b.slope[1] = lensopt__either_sign(random) * 0.003 * pow(100, lensopt_random(random));
             b.left = some;
-            built = lensopt__build_from(&b, p->surfaces - 1, lensopt__at_sensor(&b), lensopt__everyone(&b, b.stop == p->surfaces - 1));
-            b.left += most - some;
-            if (!built || !lensopt__aim(&b)) continue;
-            *out = b.design;
-            return 1;
+            built = lensopt__build_from(&b, p->surfaces - 1, lensopt__at_sensor(&b), lensopt__everyone(&b, b.stop == p->surfaces - 1)) && lensopt__aim(&b);
+            *left -= some - b.left + 1;
         }
     }
-    return 0;
+    if (built) *out = b.design;
+    return built;
+}
+
+/* Few spots are easily taken for those of a lens that is none. */
+static int lensopt__is_built(const lensopt_problem *p)
+{
+    int32_t left = 2000000;
+    uint64_t random = 1;
+    lensopt__design d;
+    return p->goals > 40 || lensopt__build_lens(p, &random, &left, &d);
 }
 
 /* >> 8 assignment */
@@ -4365,8 +4393,8 @@ static int lensopt__sample_read(lensopt_problem *p, uint64_t *random, double *x)
     enum { LENSES = 6 };
     double one[LENSOPT_MAX_VARIABLES], f, best = HUGE_VAL;
     lensopt__design d;
-    int32_t k, found = 0;
-    for (k = 0; k < LENSES && best > 1e-15 && lensopt__build_lens(p, random, &d); k++) {
+    int32_t k, found = 0, left = 200000; /* 10 to 20 ms */
+    for (k = 0; k < LENSES && best > 1e-15 && lensopt__build_lens(p, random, &left, &d); k++) {
         lensopt__encode(p, &d, one);
         lensopt__lens_evaluate(p, one, 1, &f);
         if (found && !(f < best)) continue;
@@ -4519,7 +4547,7 @@ static lflare_result lensopt__problem_fill(lensopt_problem *p, const lensopt_pro
     if (result == LFLARE_OK) result = lensopt__goals(p, error);
     if (result == LFLARE_OK && desc->base != NULL) result = lensopt__problem_base(p, error);
     if (result != LFLARE_OK) return result;
-    if (!lensopt__find_mirrors(p, desc->base != NULL ? p->surfaces : desc->surfaces)) return lensopt__fail(error, LFLARE_ERROR_MEMORY, "no memory to compare %i spots with each other", p->goals);
+    if (!lensopt__find_mirrors(p, desc->base != NULL ? p->surfaces : desc->surfaces)) return lensopt__fail(error, LFLARE_ERROR_MEMORY, "no memory to compare the spots of %i ghosts with each other", p->goals);
     if (desc->base == NULL) {
         if (p->desc.keep_order) return lensopt__fail(error, LFLARE_ERROR_ARGUMENT, "keep_order: a base was expected, whose order it is");
         if (p->desc.surfaces != 0) p->surfaces = p->desc.surfaces;
@@ -4536,7 +4564,7 @@ static lflare_result lensopt__problem_fill(lensopt_problem *p, const lensopt_pro
     p->desc.base = desc->base != NULL ? &p->base : NULL;
     lensopt__variables(p);
     if (p->variables == 0) return lensopt__fail(error, LFLARE_ERROR_ARGUMENT, "everything is locked: at least one number that may change was expected");
-    p->mirrors.usable = p->mirrors.usable && lensopt__is_free(p);
+    p->mirrors.usable = p->mirrors.usable && (lensopt__read_in_front(&p->mirrors) > 0 || lensopt__may_lead(p)) && lensopt__is_built(p);
     return LFLARE_OK;
 }
 
@@ -4564,12 +4592,10 @@ LENSOPT_API void lensopt_problem_free(lensopt_problem *p)
 
 LENSOPT_API int32_t lensopt_problem_reading(const lensopt_problem *p, int32_t *front, int32_t *behind, double *efl)
 {
-    const lensopt__mirrors *m;
     if (p == NULL || front == NULL || behind == NULL || efl == NULL || !p->mirrors.usable) return 0;
-    m = &p->mirrors;
-    *front = m->count[1] + (m->few_front ? m->few : 0);
-    *behind = m->count[0] + (m->few_front ? 0 : m->few);
-    *efl = m->chief / m->slope;
+    *front = lensopt__read_in_front(&p->mirrors);
+    *behind = p->surfaces - *front;
+    *efl = p->mirrors.chief / p->mirrors.slope;
     return 1;
 }
 

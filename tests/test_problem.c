@@ -32,8 +32,8 @@ static void derive(const char *path)
     free(file);
 }
 
-/* A problem whose target is what the lens itself shows, as the problem sees it: f is 0 at its point. */
-static lensopt_problem *own_target(const char *path, lensopt_objective objective, double degrees, int32_t lights, double *x)
+/* A problem whose target is what the base itself shows, as the problem sees it: f is 0 at its point. */
+static lensopt_problem *base_target(lensopt_objective objective, double degrees, int32_t lights, double *x)
 {
     static lensopt_shown shown[GHOSTS];
     lensopt_problem_desc desc;
@@ -41,7 +41,6 @@ static lensopt_problem *own_target(const char *path, lensopt_objective objective
     lensopt_light light[3] = {{{0, 0}, 1}, {{0, 0}, 1}, {{0, 0}, 2}};
     lflare_error error;
     int32_t l, g, count;
-    derive(path);
     for (l = 0; l < lights; l++) light[l].direction[0] = light[l].direction[1] = degrees / (1 + l);
     assert_int_equal(lensopt_target_of(&lens, light, lights, 2.25, &target, &error), LFLARE_OK);
     memset(&desc, 0, sizeof desc);
@@ -69,6 +68,12 @@ static lensopt_problem *own_target(const char *path, lensopt_objective objective
     desc.blind = blind;
     assert_int_equal(lensopt_problem_create(&desc, &problem, &error), LFLARE_OK);
     return problem;
+}
+
+static lensopt_problem *own_target(const char *path, lensopt_objective objective, double degrees, int32_t lights, double *x)
+{
+    derive(path);
+    return base_target(objective, degrees, lights, x);
 }
 
 /* Anywhere near x, or (spread 1) anywhere within the bounds. */
@@ -711,6 +716,107 @@ static void edited_spots_tell_it_too(void **state)
     }
 }
 
+/* The problem of the target from scratch, with so many surfaces, or (0) as many as it takes. */
+static lensopt_problem *from_nothing(int32_t surfaces, lensopt_function *function)
+{
+    lensopt_problem_desc desc;
+    lensopt_problem *problem;
+    lflare_error error;
+    memset(&desc, 0, sizeof desc);
+    desc.target = &target;
+    desc.surfaces = surfaces;
+    assert_int_equal(lensopt_problem_create(&desc, &problem, &error), LFLARE_OK);
+    lensopt_problem_function(problem, function);
+    return problem;
+}
+
+static void add_spot(double centre, double radius)
+{
+    lensopt_ghost *ghost = &target.ghosts[target.ghost_count++];
+    memset(ghost, 0, sizeof *ghost);
+    ghost->pair.first = -1;
+    ghost->weight = 1;
+    ghost->goals[0].wish = LENSOPT_SPOT;
+    ghost->goals[0].centre = centre;
+    ghost->goals[0].radius = radius;
+}
+
+/* Spots that no lens has: two that each say of two surfaces that the other one is in front, spots in rows, in rings, all alike. What matters is that all of it ends. */
+static void odd_spots_end(void **state)
+{
+    enum { MANY = 160 };
+    /* the Canon's last surface, were it in front of others behind the stop */
+    static const double reversed[11][2] = {{-1.96947490281, 8.07581625339},  {-0.658175544426, 11.6202277324}, {0.676731428328, 1.83709168436},
+                                           {-1.10777331398, 5.50931738998},  {-2.30143083844, 4.25208008674},  {1.1253427261, 0.960869957305},
+                                           {2.66301919426, 0.289431656648},  {0.306128461659, 7.34706953728},  {-0.315785071928, 3.55218943808},
+                                           {7.05608487958, 4.15302087133},   {6.00815938361, 4.83561086864}};
+    double own[ROOM], x[ROOM], best;
+    lensopt_function function;
+    lensopt_problem *problem;
+    int32_t i, kind;
+    (void)state;
+    lensopt_problem_free(own_target(canon, LENSOPT_SEEN, 5.45, 1, own));
+    for (i = 0; i < 11; i++) add_spot(reversed[i][0], reversed[i][1]);
+    problem = from_nothing(27, &function);
+    readings(&function, 20, x, &best);
+    lensopt_problem_free(problem);
+    problem = from_nothing(0, &function); /* a few spots too many do not matter */
+    assert_int_equal(function.variables, 3 * 27 - 1 + 2);
+    lensopt_problem_free(problem);
+    for (kind = 0; kind < 5; kind++) {
+        target.ghost_count = 0;
+        for (i = 0; i < MANY; i++) {
+            if (kind == 0) add_spot(i + 1, 0.1 * (i + 1));
+            else if (kind == 1) add_spot(i - 80, 1);
+            else if (kind == 2) add_spot(i % 12 - 5, 1 + i / 12);
+            else if (kind == 3) add_spot(3, 2);
+            else add_spot(0, 0.1 * (i + 1));
+        }
+        problem = from_nothing(0, &function);
+        readings(&function, 4, x, &best);
+        lensopt_problem_free(problem);
+    }
+}
+
+/* The stop in front of all, known by nothing but the spots; a light that counts for nothing is not read. */
+static void stop_in_front_is_read(void **state)
+{
+    double own[ROOM], x[ROOM], best, efl;
+    lensopt_function function;
+    lensopt_problem *problem;
+    lflare_surface stop;
+    lflare_error error;
+    int32_t row, front, behind, exact;
+    (void)state;
+    derive("lenses/planar-50-14.lens");
+    base = lens.prescription;
+    for (row = 0; !base.surfaces[row].is_stop; row++) {}
+    stop = base.surfaces[row];
+    base.surfaces[row - 1].thickness += stop.thickness;
+    memmove(&base.surfaces[1], &base.surfaces[0], sizeof stop * (size_t)row);
+    stop.thickness = 12;
+    base.surfaces[0] = stop;
+    base.fnumber = 0;
+    assert_int_equal(lflare_lens_derive(&base, &lens, &error), LFLARE_OK);
+    lensopt_problem_free(base_target(LENSOPT_SEEN, 5.45, 1, own));
+    problem = from_nothing(0, &function);
+    assert_int_equal(lensopt_problem_reading(problem, &front, &behind, &efl), 1);
+    exact = readings(&function, 100, x, &best);
+    printf("           %d + %d surfaces, %d of 100, f %.1e\n", front, behind, exact, best);
+    assert_true(front == 0 && behind == 13 && exact > 0);
+    lensopt_problem_free(problem);
+    target.lights[1] = target.lights[0];
+    target.lights[0].weight = 0;
+    target.light_count = 2;
+    for (row = 0; row < target.ghost_count; row++) {
+        target.ghosts[row].goals[1] = target.ghosts[row].goals[0];
+        target.ghosts[row].goals[1].radius = 1 + row % 7;
+    }
+    problem = from_nothing(14, &function);
+    assert_int_equal(lensopt_problem_reading(problem, &front, &behind, &efl), 0);
+    lensopt_problem_free(problem);
+}
+
 /* Locks, blindness: no lens is read. Order and glasses stay what they have to be. */
 static void readings_keep_what_is_asked(void **state)
 {
@@ -886,6 +992,7 @@ int main(void)
         cmocka_unit_test(polishing_goes_downhill),     cmocka_unit_test(pairs_cost_least),       cmocka_unit_test(points_are_lenses),
         cmocka_unit_test(glasses_from_a_list),         cmocka_unit_test(constraints_hold),       cmocka_unit_test(locks_keep),
         cmocka_unit_test(searches_find),               cmocka_unit_test(errors_say_what),        cmocka_unit_test(from_scratch),
-        cmocka_unit_test(spots_tell_their_lens),       cmocka_unit_test(edited_spots_tell_it_too), cmocka_unit_test(readings_keep_what_is_asked)};
+        cmocka_unit_test(spots_tell_their_lens),       cmocka_unit_test(edited_spots_tell_it_too), cmocka_unit_test(readings_keep_what_is_asked),
+        cmocka_unit_test(odd_spots_end),               cmocka_unit_test(stop_in_front_is_read)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
