@@ -4829,7 +4829,7 @@ typedef struct lensopt__island {
     uint64_t random;
     int64_t evaluations, used; /* in all; in this round */
     int64_t life;              /* units of work since it began, or began anew */
-    int64_t stale;             /* units of work since its best fell below `mark` */
+    int64_t stale;             /* units of work since its best fell below `mark`; before its birth: members drawn */
     int64_t restarts;
     int32_t units;             /* of work, done in this round */
     int32_t born, archived;    /* its members are evaluated; how many champions it keeps */
@@ -4964,13 +4964,18 @@ static void lensopt__draw(const lensopt__setup *s, uint64_t *random, double *x)
     lensopt__into_bounds(s, x);
 }
 
-/* Members are drawn and evaluated; the first life begins with what the caller gave. */
-static void lensopt__birth(const lensopt__setup *s, lensopt__island *o)
+/* The next member is drawn, which may take long; the first life begins with what the caller gave. 1: all are, and have been evaluated. */
+static int lensopt__birth(const lensopt__setup *s, lensopt__island *o)
 {
     size_t points = lensopt__points(s, s->population), k;
     int32_t i, given = o->restarts == 0 ? s->d.start_count : 0;
-    if (given > 0) memcpy(o->x, s->starts, sizeof *o->x * lensopt__points(s, given));
-    for (i = given; i < s->population; i++) lensopt__draw(s, &o->random, o->x + lensopt__points(s, i));
+    if (o->stale < given) {
+        memcpy(o->x, s->starts, sizeof *o->x * lensopt__points(s, given));
+        o->stale = given;
+    }
+    if (o->stale < s->population) lensopt__draw(s, &o->random, o->x + lensopt__points(s, (int32_t)o->stale++));
+    if (o->stale < s->population) return 0;
+    for (i = 0; i < s->population; i++) lensopt__into_bounds(s, o->x + lensopt__points(s, i)); /* some may come from a checkpoint */
     lensopt__island_evaluate(s, o, o->x, s->population, o->f);
     if (s->d.method == LENSOPT_JDE) {
         for (i = 0; i < s->population; i++) {
@@ -4985,6 +4990,7 @@ static void lensopt__birth(const lensopt__setup *s, lensopt__island *o)
     o->born = 1;
     o->mark = HUGE_VAL;
     o->life = o->stale = 0;
+    return 1;
 }
 
 /* Whether two points are one for all that a search can tell. */
@@ -5288,15 +5294,16 @@ static void lensopt__memetic(const lensopt__setup *s, lensopt__island *o, lensop
 /* Units of work of a generation. */
 static int32_t lensopt__generation(const lensopt__setup *s) { return s->d.method == LENSOPT_MEMETIC ? s->population : 1; }
 
-/* One unit of an island's work; its best value then. */
+/* One unit of an island's work, or a part of its birth; its best value then. */
 static double lensopt__advance(const lensopt__setup *s, lensopt__island *o, lensopt__room *room)
 {
     double best;
-    o->units++;
-    if (!o->born) {
-        lensopt__birth(s, o);
+    if (!o->born) { /* all of it is one */
+        if (!lensopt__birth(s, o)) return HUGE_VAL;
+        o->units++;
         return o->f[lensopt__best(o->f, s->population)];
     }
+    o->units++;
     if (s->d.method == LENSOPT_MEMETIC) lensopt__memetic(s, o, room);
     else if (s->d.method == LENSOPT_PSO) lensopt__pso(s, o, room);
     else lensopt__de(s, o, room);
@@ -5308,6 +5315,7 @@ static double lensopt__advance(const lensopt__setup *s, lensopt__island *o, lens
     } else if (s->d.patience > 0 && ++o->stale / lensopt__generation(s) >= s->d.patience) {
         lensopt__retire(s, o);
         o->born = 0;
+        o->stale = 0;
         o->restarts++;
     }
     return best;
@@ -5847,7 +5855,7 @@ static void lensopt__account(lensopt_search *o, lensopt__island *p, int64_t eval
     o->evaluations += evaluations;
     o->restarts += p->restarts - p->known_restarts;
     p->known_restarts = p->restarts;
-    if (p->f[best] < o->best) {
+    if ((p->born || p->stale == 0) && p->f[best] < o->best) { /* not while its members are drawn */
         o->best = p->f[best];
         lensopt__copy(s, o->best_x, p->x + lensopt__points(s, best));
     }
@@ -6234,7 +6242,7 @@ LENSOPT_API lflare_result lensopt_search_points(lensopt_search *o, double *x, do
 
 /* -- checkpoints -- */
 
-enum { LENSOPT__CHECKPOINT_VERSION = 2 };
+enum { LENSOPT__CHECKPOINT_VERSION = 3 };
 
 /* Visits the state word by word: writes it (to), reads it (from), only checks what would be read (from, dry), or only counts (neither). */
 typedef struct lensopt__store {
@@ -6306,7 +6314,7 @@ static void lensopt__store_island(lensopt__store *t, const lensopt__setup *s, le
     lensopt__store_count(t, &o->restarts, 0, many);
     lensopt__store_count(t, &o->stale, 0, many);
     archived = lensopt__store_count32(t, &o->archived, LENSOPT_ARCHIVE);
-    if (!lensopt__store_count32(t, &o->born, 1)) low = f_low = NULL; /* what is there is never read */
+    if (!lensopt__store_count32(t, &o->born, 1)) low = f_low = NULL; /* what is there is moved into the bounds first, or not read */
     lensopt__store_doubles(t, &o->mark, 1, f_low, &most, 1);
     lensopt__store_doubles(t, o->success, LENSOPT__MOVES, low != NULL ? &factor[0] : NULL, &share, 1);
     lensopt__store_doubles(t, o->x, points, low, high, (size_t)s->n);
