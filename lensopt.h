@@ -5922,7 +5922,7 @@ static void lensopt__toil(lensopt_search *o, lensopt__worker *w, lensopt__island
         int32_t k = 0;
         lensopt__unlock(&o->gate);
         do best = lensopt__advance(&o->setup, p, &w->room);
-        while (++k < at_once && k < left && lensopt__may_go_on(o, p) && !lensopt__succeeded(o, best));
+        while (++k < at_once && k < left && p->born && lensopt__may_go_on(o, p) && !lensopt__succeeded(o, best));
         diversity = measure ? lensopt__diversity(&o->setup, p) : -1;
         lensopt__lock(&o->gate);
         lensopt__account(o, p, p->evaluations - before, diversity);
