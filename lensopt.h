@@ -371,7 +371,7 @@ typedef int32_t (*lensopt_progress_callback)(void *user, const lensopt_progress 
 
 /* Searches until a limit is reached (LFLARE_OK), or until the callback or lensopt_search_cancel end it (LFLARE_INCOMPLETE); at
    least one limit or a callback is needed. What ended it is in lensopt_search_status. Go on with another run, or another process's, after lensopt_search_load: every island stops
-   after a whole generation (memetic: child), where it then goes on, and does to the bit what it would have done unbroken; so limits
+   after a whole generation (memetic: child; before the first one: member drawn), where it then goes on, and does to the bit what it would have done unbroken; so limits
    decide where it stops and never where it goes. Two runs that evaluations alone end are the same to the byte, whatever the number of
    threads. (The machine code must be the same, too.)
    progress (may be NULL) is called on this thread, every 50 ms as far as single generations and polishes are shorter, and once at the end,
