@@ -463,7 +463,7 @@ LENSOPT_API int32_t lensopt_problem_reading(const lensopt_problem *problem, int3
 /* As what lensopt_search_create minimises; it points into the problem. Variables: the stop's place (the surface behind which it stands,
    from 0, and the fraction of that gap; the nearest air gap is taken) and radius, then of each surface curvature, index behind it (below the
    least of glass: air; of glasses from a list the nearest is meant, and polishing changes none) and gap, but for what is locked. A sample takes 1 us, or up to
-   20 ms where lenses are read from the spots.
+   20 ms where lenses are read from the spots: too long for populations of thousands, for which there is `blind`.
    One evaluation of THESIS costs 0.15 to 0.2 us at 13 ghosts and 1.3 to 2 us at 171 if many are asked for at once; with others all ghosts are assigned,
    which takes as long as one or more steps of polishing. */
 LENSOPT_API void lensopt_problem_function(lensopt_problem *problem, lensopt_function *out);
@@ -2318,12 +2318,7 @@ typedef struct lensopt__reading {
     lensopt__mirrors *out;
 } lensopt__reading;
 
-/* A spot's row, but for h: behind the stop, or in front of it. */
-static lensopt__row2 lensopt__plain_row(const lensopt__reading *r, int32_t i, int front)
-{
-    return front ? lensopt__row2_of(1 / r->centre[i], r->radius[i] / r->centre[i]) : lensopt__row2_of(r->centre[i], r->radius[i]);
-}
-
+/* A spot's row, its radius times `sign`; while h is not known it is 1. */
 static lensopt__row2 lensopt__spot_row(const lensopt__reading *r, int32_t i, int front, int32_t sign)
 {
     double h = r->out->chief, c = r->centre[i];
@@ -2364,7 +2359,7 @@ static void lensopt__find_clusters(lensopt__reading *r, int front)
         for (v = u + 1; v < r->count; v++)
             for (sign = -1; sign <= 1; sign += 2) {
                 lensopt__crossing *c = &r->crossing[count];
-                lensopt__row2 x = lensopt__plain_row(r, u, front), y = lensopt__plain_row(r, v, front);
+                lensopt__row2 x = lensopt__spot_row(r, u, front, 1), y = lensopt__spot_row(r, v, front, 1);
                 c->value = fabs(x.x * y.y * sign - x.y * y.x);
                 c->u = u;
                 c->v = v;
@@ -2423,15 +2418,14 @@ static int32_t lensopt__proofs(const lensopt__reading *r, double h, double e)
 
 /* h and e from a cluster of surfaces 1 and 2, where v[0] are the rows v 1,3 and v 2,3 and v[1] those with 4: any spot may be v 1,2 and any be v 3,4. Two of three
    equations give them, the third one proves it. `best` is the most proofs so far. */
-static int32_t lensopt__rays_by_four(lensopt__reading *r, int front, lensopt__row2 v[2][2], int32_t best)
+static int32_t lensopt__rays_by_four(lensopt__reading *r, int front, lensopt__row2 v[2][2], int32_t best, double *rays)
 {
     int32_t i, j, proofs;
     for (i = 0; i < r->count; i++)
         for (j = 0; j < 2 * r->count; j++) {
-            lensopt__row2 first = lensopt__plain_row(r, i, front), last = lensopt__plain_row(r, j / 2, front);
+            lensopt__row2 first = lensopt__spot_row(r, i, front, 1), last = lensopt__spot_row(r, j / 2, front, j % 2 ? -1 : 1);
             double common = lensopt__cross_product(v[0][1], v[0][0]), one, two, det, x, y, h, e;
             if ((first.y > 0) != (common > 0)) first.y = -first.y;
-            if (j % 2) last.y = -last.y;
             one = lensopt__cross_product(last, v[1][0]);
             two = lensopt__cross_product(last, v[1][1]);
             det = lensopt__cross_product(first, v[0][0]);
@@ -2444,33 +2438,37 @@ static int32_t lensopt__rays_by_four(lensopt__reading *r, int front, lensopt__ro
             proofs = lensopt__proofs(r, h, e);
             if (proofs <= best) continue;
             best = proofs;
-            r->out->chief = h;
-            r->out->marginal = e;
+            rays[0] = h;
+            rays[1] = e;
         }
     return best;
+}
+
+/* The rows of a crossing's two spots as v 1,k and v 2,k. Which is which, `swapped` says; the sign follows from that of their cross product. */
+static void lensopt__sides(const lensopt__reading *r, const lensopt__cluster *c, int32_t k, int swapped, double common, lensopt__row2 *v)
+{
+    const lensopt__crossing *x = &c->two[k];
+    v[swapped] = lensopt__spot_row(r, x->v, c->front, x->sign);
+    v[!swapped] = lensopt__spot_row(r, x->u, c->front, 1);
+    if (lensopt__cross_product(v[1], v[0]) * common > 0) return;
+    v[0].y = -v[0].y;
+    v[1].y = -v[1].y;
 }
 
 /* 0: there are none. */
 static int lensopt__find_rays(lensopt__reading *r)
 {
     enum { TRIED = 6 };
+    double rays[2] = {1, 0};
     int32_t c, way, k, best = 0;
     for (c = 0; c < r->clusters && c < TRIED; c++) /* a cluster's own spot may be missing */
         for (way = 0; way < 8 && best < (r->clusters < 16 ? r->clusters : 16); way++) {
             lensopt__row2 v[2][2];
-            for (k = 0; k < 2; k++) {
-                const lensopt__crossing *x = &r->cluster[c].two[k];
-                int32_t swapped = way >> k & 1, at = k ^ way >> 2;
-                v[at][swapped] = lensopt__plain_row(r, x->v, r->cluster[c].front);
-                v[at][!swapped] = lensopt__plain_row(r, x->u, r->cluster[c].front);
-                v[at][swapped].y *= x->sign;
-            }
-            if (lensopt__cross_product(v[0][1], v[0][0]) * lensopt__cross_product(v[1][1], v[1][0]) < 0) {
-                v[1][0].y = -v[1][0].y;
-                v[1][1].y = -v[1][1].y;
-            }
-            best = lensopt__rays_by_four(r, r->cluster[c].front, v, best);
+            for (k = 0; k < 2; k++) lensopt__sides(r, &r->cluster[c], k, way >> k & 1, 1, v[k ^ way >> 2]);
+            best = lensopt__rays_by_four(r, r->cluster[c].front, v, best, rays);
         }
+    r->out->chief = rays[0];
+    r->out->marginal = rays[1];
     return best > 0;
 }
 
@@ -2567,18 +2565,6 @@ static int lensopt__first_two(const lensopt__mirrors *m, lensopt__row2 v, double
     w[0] = lensopt__row2_of(sqrt(square) * q[0], sqrt(square) * q[1]);
     w[1] = lensopt__row2_of(sqrt(square) * q[2], sqrt(square) * q[3]);
     return 1;
-}
-
-/* The rows of a crossing's two spots as v 1,k and v 2,k. Which is which, `swapped` says; the sign then follows. */
-static void lensopt__sides(const lensopt__reading *r, const lensopt__cluster *c, int32_t k, int swapped, double common, lensopt__row2 *v)
-{
-    const lensopt__crossing *x = &c->two[k];
-    int32_t u = swapped ? x->v : x->u, w = swapped ? x->u : x->v, sign = 1;
-    v[1] = lensopt__spot_row(r, u, c->front, sign);
-    v[0] = lensopt__spot_row(r, w, c->front, sign * x->sign);
-    if (lensopt__cross_product(v[1], v[0]) * common > 0) return;
-    v[1].y = -v[1].y;
-    v[0].y = -v[0].y;
 }
 
 /* Mirrors 1 and 2, whose ghost has made a cluster, and the two that stand behind it there, in one of the eight ways that signs and sides leave. */
@@ -2709,6 +2695,7 @@ static void lensopt__read_mirrors(lensopt__reading *r, int32_t surfaces)
     lensopt__mirrors *m = r->out;
     int32_t front;
     memset(m, 0, sizeof *m);
+    m->chief = 1;
     r->clusters = 0;
     r->proofs_left = 2000;
     for (front = 0; front < 2; front++) lensopt__find_clusters(r, front);

@@ -7,7 +7,7 @@ static const char help_optimize[] =
     "                [--threads N] [--seed N] [--checkpoint FILE] [--resume FILE] [--picture FILE.png] [--efl LO,HI] [--back-focus LO,HI]\n"
     "                [--length LO,HI] [--fstop LO,HI] [--focus MM] [--edges GLASS[,AIR]] [--glasses all|MAKER[,MAKER...]] [--blind]\n"
     "      a lens searched whose flare comes near to a target (flare target), from a lens or from scratch (the default; as few surfaces as will do,\n"
-    "      or N without the stop; spots of one lens tell how many, and it, unless --blind), until S seconds have passed (60, unless evaluations are limited), after N evaluations, or at a value of F or less\n"
+    "      or N without the stop; spots of one lens tell how many, and it, to the memetic search unless --blind), until S seconds have passed (60, unless evaluations are limited), after N evaluations, or at a value of F or less\n"
     "      (1e-16 where time alone is limited and one lens asked for).\n"
     "      Prints what was wanted and what was got. Ctrl-C or SIGTERM ends it: the best so far is written, the exit status is 130\n"
     "      --fnumber: of the target's iris in LENS; --keep-order: what is air there stays air. The target's locks hold for LENS, too\n"
@@ -200,7 +200,7 @@ static void optimize_create(optimize_job *job)
     d.objective = s->objective;
     d.surfaces = s->surfaces;
     d.keep_order = s->keep_order;
-    d.blind = s->blind;
+    d.blind = s->blind || s->method != LENSOPT_MEMETIC; /* their populations are too large to be read */
     d.efl = s->efl;
     d.back_focus = s->back_focus;
     d.length = s->length;
